@@ -1,0 +1,85 @@
+"""Does a granular material fail, in which loading directions, and through which grains?
+
+The workflow in five steps (a packing far too small for physics, so that it runs in seconds):
+
+1. Make a packing at rest under an isotropic pressure.
+
+>>> import rendulic as rd
+>>> sample = rd.dem.pack(n_grains=60, radius=(8e-3, 12e-3), pressure=200e3, seed=1)
+>>> round(sample.stress[0, 0] / 1e3)
+200
+
+2. Load it; the curve is an `xarray.Dataset`.
+
+>>> curve = sample.load(rd.paths.drained_triaxial(until_strain=2e-3))
+>>> curve.eta.units, curve.attrs["stopped_by"]
+('1', 'strain')
+
+3. Bring it to rest and keep the state; it reloads exactly.
+
+>>> rest = rd.dem.bring_to_rest(sample)
+>>> state = sample.save()
+
+4. Probe it in all directions, each from that same state.
+
+>>> probes = rd.probe(sample, rd.directions.rendulic(step=60), norm=1e-5, n_steps=200)
+>>> probes.w2_normalised.sizes["alpha"]
+6
+
+5. Read the second-order work, macroscopic and at the contacts: an identity, to rounding.
+
+>>> bool((probes.identity_residual < 1e-12).all())
+True
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+# public name -> module, or (module, attribute); loaded on first use, so that importing is quick
+_PUBLIC: dict[str, str | tuple[str, str]] = {
+    "dem": "rendulic.dem",
+    "directions": "rendulic.loading.directions",
+    "errors": "rendulic.errors",
+    "figures": "rendulic.figures",
+    "io": "rendulic.io",
+    "micro": "rendulic.micro",
+    "paths": "rendulic.loading.paths",
+    "tensors": "rendulic.tensors",
+    "Control": ("rendulic.loading.control", "Control"),
+    "RendulicError": ("rendulic.errors", "RendulicError"),
+    "Snapshot": ("rendulic.snapshot", "Snapshot"),
+    "Specimen": ("rendulic.specimen", "Specimen"),
+    "State": ("rendulic.state", "State"),
+    "probe": ("rendulic.probing.probe", "probe"),
+    "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
+}
+
+__all__ = [*_PUBLIC, "__version__"]  # noqa: PLE0604
+
+if TYPE_CHECKING:
+    from rendulic import dem, errors, figures, io, micro, tensors
+    from rendulic.errors import RendulicError
+    from rendulic.loading import directions, paths
+    from rendulic.loading.control import Control
+    from rendulic.probing.probe import probe
+    from rendulic.probing.second_order_work import second_order_work
+    from rendulic.snapshot import Snapshot
+    from rendulic.specimen import Specimen
+    from rendulic.state import State
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'rendulic' has no attribute '{name}'; public names: {', '.join(_PUBLIC)}")
+    where = _PUBLIC[name]
+    value = import_module(where) if isinstance(where, str) else getattr(import_module(where[0]), where[1])
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

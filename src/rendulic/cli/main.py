@@ -1,0 +1,48 @@
+"""The command line: `rendulic COMMAND`."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from rendulic import __version__
+from rendulic.cli.info import info
+from rendulic.cli.probe import probe
+from rendulic.cli.reproduce import reproduce
+from rendulic.errors import RendulicError
+
+app = typer.Typer(
+    help="Second-order work of granular materials: do they fail, in which directions, through which grains?",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+app.command()(reproduce)
+app.command()(info)
+app.command()(probe)
+
+
+def _version(show: bool) -> None:
+    if show:
+        typer.echo(f"rendulic {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(False, "--version", help="Print the version.", callback=_version, is_eager=True),
+) -> None:
+    pass
+
+
+def run() -> None:
+    """Entry point: every error on purpose is one line on standard error, exit code 2."""
+    try:
+        app()
+    except RendulicError as error:
+        typer.secho(f"rendulic: {error}", fg="red", err=True)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        typer.secho("rendulic: stopped; finished stages are kept and found again", fg="yellow", err=True)
+        sys.exit(130)

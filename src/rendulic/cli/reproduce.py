@@ -1,0 +1,85 @@
+"""`rendulic reproduce`: the paper, figure by figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from rendulic.cli.progress import stages
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["reproduce"]
+
+
+def reproduce(
+    figures: Annotated[list[str] | None, typer.Argument(help="fig1 fig2 fig3 fig4; all if none is named.")] = None,
+    preset: Annotated[str, typer.Option(help="quick (1 000 grains) or paper (10 000 grains).")] = "quick",
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for states, data and figures.")] = Path(
+        "results"
+    ),
+    seed: Annotated[int | None, typer.Option(help="Another packing of the same recipe.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads of the probes; one per core if not given.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the table.")] = False,
+) -> None:
+    """Reproduce the paper's figures: prepare a packing, shear it, probe it, draw.
+
+    Finished stages in the folder are found again, so an interrupted run goes on where it stopped.
+
+    Example: rendulic reproduce fig1 fig2 fig3 fig4 --preset quick -o demo
+    """
+    from rendulic.study import reproduce as study
+    from rendulic.study.config import preset as load_preset
+
+    changes = {} if seed is None else {"specimen": {"seed": seed}}
+    with stages(quiet) as stage:
+        result = study.reproduce(
+            load_preset(preset, **changes), output, figures or study.FIGURES, workers=workers, stage=stage
+        )
+    console = Console()
+    console.print(_summary(result.table))
+    for norm_table in _amplitudes(result.table):
+        console.print(norm_table)
+    for name, files in result.figures.items():
+        console.print(f"{name}: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True)
+
+
+def _summary(table: xr.Dataset) -> Table:
+    """The states: what they are and how they came to rest."""
+    shown = Table(title="Probed states", caption="crept: axial strain moved while coming to rest at constant stress")
+    for heading in ("eta", "q [kPa]", "p [kPa]", "eps_1 [%]", "eps_v [%]", "porosity", "contacts", "unbalanced", "crept"):
+        shown.add_column(heading, justify="right")
+    for k in range(table.sizes["state"]):
+        row = {name: float(table[name][k]) for name in table.data_vars if table[name].dims == ("state",)}
+        shown.add_row(
+            f"{row['eta']:.3f}", f"{row['q'] / 1e3:.1f}", f"{row['p'] / 1e3:.1f}", f"{100 * row['eps_1']:.3f}",
+            f"{100 * row['eps_v']:.3f}", f"{row['porosity']:.4f}", f"{row['n_contacts']:.0f}",
+            f"{row['unbalanced_force']:.1e}", f"{row['crept']:.1e}",
+        )  # fmt: skip
+    return shown
+
+
+def _amplitudes(table: xr.Dataset) -> list[Table]:
+    """Smallest W2n of every state and norm, its direction, and the identity residual."""
+    shown = Table(
+        title="Smallest normalised second-order work (direction in degrees)",
+        caption="(?): not larger than the drift of the null probe. Largest identity residual "
+        f"{float(table.largest_identity_residual.max()):.0e}",
+    )
+    shown.add_column("eta", justify="right")
+    for norm in table.norm.values:
+        shown.add_column(f"norm {norm:.0e}", justify="right")
+    for k in range(table.sizes["state"]):
+        cells = []
+        for norm in table.norm.values:
+            row = table.isel(state=k).sel(norm=norm)
+            doubt = "" if bool(row.smallest_w2n_is_significant) else " (?)"
+            text = f"{float(row.smallest_w2n):+.3f} ({float(row.smallest_w2n_alpha):.0f}){doubt}"
+            cells.append(f"[red]{text}[/red]" if float(row.smallest_w2n) < 0 and not doubt else text)
+        shown.add_row(f"{float(table.eta[k]):.3f}", *cells)
+    return [shown]

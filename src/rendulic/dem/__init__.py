@@ -1,0 +1,9 @@
+"""Grains: spheres between six walls, stepped in time."""
+
+from rendulic.dem.assembly import Assembly
+from rendulic.dem.equilibrium import Equilibrium
+from rendulic.dem.growth import pack
+from rendulic.dem.laws import ContactLaw, LinearFrictional
+from rendulic.dem.loading import QuasiStatic, Rest, bring_to_rest
+
+__all__ = ["Assembly", "ContactLaw", "Equilibrium", "LinearFrictional", "QuasiStatic", "Rest", "bring_to_rest", "pack"]

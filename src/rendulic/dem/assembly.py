@@ -1,0 +1,437 @@
+"""A packing of spheres between six rigid frictionless walls: its state, and steps in time."""
+
+from __future__ import annotations
+
+from math import isfinite
+import numpy as np
+
+from rendulic.dem import equilibrium, loading
+from rendulic.dem.energy import energies, kinetic_energy
+from rendulic.dem.grains import finite_array, make_grains, morton_order, sphere_masses
+from rendulic.dem.kernels.arrays import Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
+from rendulic.dem.kernels.compiled import kernels_for
+from rendulic.dem.kernels.step import DAMPING
+from rendulic.dem.laws import LAWS, ContactLaw, LinearFrictional
+from rendulic.dem.neighbours import find_contacts
+from rendulic.dem.time_step import critical_time_step
+from rendulic.errors import InvalidInput, UnstableTimeStep
+from rendulic.snapshot import Snapshot
+from rendulic.state import State
+from rendulic.tensors.invariants import stress_ratio
+
+__all__ = ["Assembly"]
+
+
+class Assembly:
+    """Spheres between walls; a `Specimen` that steps in time.
+
+    Parameters
+    ----------
+    position : (n, 3) array
+        Centres in m.
+    radius : (n,) array
+        Radii in m.
+    walls : (6,) array
+        Wall coordinates in m, in the order 1-, 1+, 2-, 2+, 3-, 3+.
+    density : float
+        Of the grains' material, in kg/m3.
+    law : ContactLaw, optional
+        `LinearFrictional()` if not given.
+    damping : float
+        Cundall's non-viscous coefficient, 0 <= lambda < 1.
+    time_step : float, optional
+        In s. By default `time_step_fraction` of the critical one, renewed while loading.
+    time_step_fraction : float
+        Of `critical_time_step`, 0 < fraction < 0.58 (beyond, coupled rotation is unstable).
+    velocity, angular_velocity : (n, 3) arrays, optional
+        At rest if not given.
+
+    Raises
+    ------
+    InvalidInput
+        For wrong shapes or signs, an empty packing, grains outside the walls, pairs or walls that
+        overlap a grain by more than half its radius, numbers that are not finite.
+    UnstableTimeStep
+        If `time_step` exceeds the critical one.
+
+    Notes
+    -----
+    Axis 1 is the axial direction of the triaxial test. Strains are logarithmic, compression
+    positive, counted from the walls at construction (`reset_strain` makes the present the origin).
+    """
+
+    def __init__(
+        self,
+        position,
+        radius,
+        walls,
+        *,
+        density: float = 2600.0,
+        law: ContactLaw | None = None,
+        damping: float = 0.05,
+        time_step: float | None = None,
+        time_step_fraction: float = 0.5,
+        velocity=None,
+        angular_velocity=None,
+    ) -> None:
+        self.law: ContactLaw = LinearFrictional() if law is None else law
+        self.density = float(density)
+        self.grains: Grains = make_grains(position, radius, density, velocity, angular_velocity)
+        wall_position = finite_array("walls", walls, (6,))
+        if (wall_position[1::2] <= wall_position[0::2]).any():
+            raise InvalidInput(f"each upper wall must lie above its lower wall, got {wall_position.tolist()}")
+        self.walls = Walls(wall_position, np.zeros(6), np.zeros(6))
+        if not (isfinite(damping) and 0.0 <= damping < 1.0):
+            raise InvalidInput(f"damping must be in [0, 1), got {damping!r}")
+        self.damping = float(damping)
+        if not 0.0 < time_step_fraction < 0.58:
+            raise InvalidInput(f"time_step_fraction must be in (0, 0.58), got {time_step_fraction!r}")
+        self.time_step_fraction = float(time_step_fraction)
+        self.inertial_radius = 0.0
+        self.time = 0.0
+        self.n_steps = 0
+        self.n_rebuilds = 0
+        self.spent = np.zeros(3)
+        self.strain_origin = self.lengths
+        self.margin = 0.05 * float(self.grains.radius.mean())
+        self._steps_since_build = 0
+        self._growth_since_build = 0.0
+        self._scratch = np.zeros((6, 3))
+        self.contacts, self.wall_contacts = self._candidates(None)
+        self._refuse_deep_overlaps()
+        self._compute_forces()
+        self.time_step = 0.0
+        self.set_time_step(time_step)
+
+    # -- what it is ------------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        return len(self.grains.radius)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Assembly of {len(self)} grains, {self.n_contacts} contacts, porosity {self.porosity:.4f}, "
+            f"p = {self.stress.trace() / 3e3:.1f} kPa>"
+        )
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """(3,) distances between opposite walls in m."""
+        return self.walls.position[1::2] - self.walls.position[0::2]
+
+    @property
+    def volume(self) -> float:
+        """Volume between the walls in m3."""
+        return float(np.prod(self.lengths))
+
+    @property
+    def porosity(self) -> float:
+        """Share of the volume that is not grains (overlaps not deducted)."""
+        return 1.0 - float((4.0 / 3.0 * np.pi * self.grains.radius**3).sum()) / self.volume
+
+    @property
+    def n_contacts(self) -> int:
+        """Closed contacts, grain-grain and grain-wall."""
+        return int((self.contacts.force[:, 0] > 0).sum() + (self.wall_contacts.force > 0).sum())
+
+    @property
+    def stress(self) -> np.ndarray:
+        """(3, 3) Cauchy stress from the wall forces in Pa, compression positive."""
+        lengths = self.lengths
+        areas = self.volume / lengths
+        return np.diag(0.5 * (self.walls.force[0::2] + self.walls.force[1::2]) / areas)
+
+    @property
+    def strain(self) -> np.ndarray:
+        """(3, 3) logarithmic strain since the origin, contraction positive."""
+        return np.diag(np.log(self.strain_origin / self.lengths))
+
+    @property
+    def eta(self) -> float:
+        """Stress ratio q/p; NaN where nothing carries stress."""
+        return float(stress_ratio(self.stress))
+
+    def reset_strain(self) -> None:
+        """Make the present walls the origin of strain."""
+        self.strain_origin = self.lengths
+
+    def energies(self) -> dict[str, float]:
+        """Kinetic, elastic, frictional, damping and boundary energy in J; see `dem.energy`."""
+        return energies(self)
+
+    def equilibrium(self) -> equilibrium.Equilibrium:
+        """Unbalanced force and kinetic energy now, with the verdict."""
+        return equilibrium.assess(self)
+
+    def snapshot(self) -> Snapshot:
+        """The present state for analysis: positions, walls, contacts and their forces (copies)."""
+        grains = self.grains
+        pair = np.flatnonzero(self.contacts.force[:, 0] > 0)
+        first, second = self.contacts.first[pair], self.contacts.second[pair]
+        normal = grains.position[second] - grains.position[first]
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        held = self.contacts.force[pair]
+        touching = np.flatnonzero(self.wall_contacts.force > 0)
+        grain, wall = self.wall_contacts.grain[touching], self.wall_contacts.wall[touching]
+        outward = np.zeros((len(touching), 3))
+        outward[np.arange(len(touching)), wall // 2] = np.where(wall % 2 == 0, -1.0, 1.0)
+        return Snapshot(
+            position=grains.position.copy(),
+            radius=grains.radius.copy(),
+            wall_position=self.walls.position.copy(),
+            first=np.concatenate((first, grain)).astype(np.int64),
+            second=np.concatenate((second, len(self) + wall)).astype(np.int64),
+            normal=np.concatenate((normal, outward)),
+            force_n=np.concatenate((held[:, 0], self.wall_contacts.force[touching])),
+            force_t=np.concatenate((held[:, 1:], np.zeros((len(touching), 3)))),
+            friction=self.law.friction,
+        )
+
+    # -- stepping --------------------------------------------------------------------------------
+
+    def set_time_step(self, time_step: float | None = None) -> None:
+        """Fix the time step in s; without an argument take the stated fraction of the critical one.
+
+        Raises
+        ------
+        UnstableTimeStep
+            If it is not positive, or above 0.58 of the critical one.
+        """
+        critical = critical_time_step(self)
+        if time_step is None:
+            self.time_step = self.time_step_fraction * critical
+            return
+        if not (isfinite(time_step) and 0.0 < time_step <= 0.58 * critical):
+            raise UnstableTimeStep(
+                f"time step must be positive and at most {0.58 * critical:.3g} s (0.58 of the critical one for the "
+                f"present contacts), got {time_step!r}"
+            )
+        self.time_step = float(time_step)
+
+    def advance(self, n_steps: int, drive: Drive, damping: float | None = None) -> None:
+        """Make `n_steps` steps of the present time step under `drive`, in place.
+
+        Raises
+        ------
+        UnstableTimeStep
+            If the motion diverges.
+        """
+        kernels = kernels_for(self.law)
+        damping = self.damping if damping is None else damping
+        parameters, dt = self.law.parameters, self.time_step
+        left = n_steps
+        while left > 0:
+            reach = 0.5 * self.margin - self._growth_since_build
+            done, complete = kernels.advance(
+                left, self.grains, self.contacts, self.walls, self.wall_contacts, drive, dt, damping, parameters,
+                self._reference, self._wall_reference, reach, self.spent, self._scratch,
+            )  # fmt: skip
+            self._steps_since_build += done
+            left -= done
+            if not complete:
+                self._rebuild()
+                kernels.finish_step(
+                    self.grains, self.contacts, self.walls, self.wall_contacts, dt, parameters, self.spent, self._scratch
+                )  # fmt: skip
+                left -= 1
+        self.n_steps += n_steps
+        self.time += n_steps * dt
+
+    def scale_masses(self, inertial_radius: float) -> None:
+        """Give grains smaller than `inertial_radius` [m] more mass; 0 restores the true masses.
+
+        See `grains.sphere_masses`. Velocities stay, and the change of kinetic energy is booked as
+        damping. The time step stays as it is: call `set_time_step`.
+        """
+        if not (isfinite(inertial_radius) and inertial_radius >= 0.0):
+            raise InvalidInput(f"inertial_radius must be zero or a positive length, got {inertial_radius!r}")
+        before = kinetic_energy(self)
+        self.inertial_radius = float(inertial_radius)
+        mass, inertia = sphere_masses(self.grains.radius.copy(), self.density, self.inertial_radius)
+        self.grains.mass[:] = mass
+        self.grains.inertia[:] = inertia
+        self.spent[DAMPING] += before - kinetic_energy(self)
+
+    def scale_radii(self, factor: float) -> None:
+        """Multiply all radii by `factor`, masses following; forces are recomputed at the next step."""
+        grains = self.grains
+        largest = float(grains.radius.max())
+        grains.radius[:] *= factor
+        self.scale_masses(self.inertial_radius)
+        self._growth_since_build += max(factor - 1.0, 0.0) * largest
+        if self._growth_since_build >= 0.25 * self.margin:
+            self._rebuild()
+
+    def set_tangential_forces(
+        self, first: np.ndarray, second: np.ndarray, force: np.ndarray, age: float = 0.0
+    ) -> None:
+        """Give contacts `first < second` the tangential forces (n, 3) on `second` in N of another engine.
+
+        `age` in s is how much older than the positions the forces are: they are advanced by the
+        present velocities. Pairs that do not touch are left open; forces beyond the friction limit
+        are scaled to it.
+        """
+        place = {pair: c for c, pair in enumerate(zip(self.contacts.first.tolist(), self.contacts.second.tolist(), strict=True))}
+        for pair, value in zip(zip(first.tolist(), second.tolist(), strict=True), force, strict=True):
+            c = place.get(pair)
+            if c is not None and self.contacts.force[c, 0] > 0:
+                self.contacts.force[c, 1:] = value
+        self._compute_forces(age)
+
+    def stop_rattlers(self) -> None:
+        """Stop motions that nothing resists, in place.
+
+        Damping acts on forces, so a grain in free flight would never come to rest, nor the spin of
+        a grain about its only frictional contact (walls have no friction). Grains with fewer than
+        two contacts lose their velocity, with fewer than two grain contacts their spin; the kinetic
+        energy taken is booked as damping.
+        """
+        grains, closed = self.grains, self.contacts.force[:, 0] > 0
+        frictional = np.bincount(self.contacts.first[closed], minlength=len(self))
+        frictional += np.bincount(self.contacts.second[closed], minlength=len(self))
+        every = frictional + np.bincount(self.wall_contacts.grain[self.wall_contacts.force > 0], minlength=len(self))
+        before = kinetic_energy(self)
+        grains.velocity[every < 2] = 0.0
+        grains.angular_velocity[frictional < 2] = 0.0
+        self.spent[DAMPING] += before - kinetic_energy(self)
+
+    def sort_grains(self) -> None:
+        """Renumber the grains along a space-filling curve; the mechanics does not change."""
+        order = morton_order(self.grains.position, self.walls.position[0::2], self.walls.position[1::2])
+        place = np.empty(len(self), np.int32)
+        place[order] = np.arange(len(self))
+        grains = self.grains
+        self.grains = Grains(aligned_rows(grains.row[order]), grains.mass[order], grains.inertia[order])
+        first, second = place[self.contacts.first], place[self.contacts.second]
+        swapped = first > second
+        force = self.contacts.force.copy()
+        force[swapped, 1:] *= -1.0
+        first, second = np.where(swapped, second, first), np.where(swapped, first, second)
+        by_pair = np.lexsort((second, first))
+        self.contacts = Contacts(first[by_pair], second[by_pair], np.ascontiguousarray(force[by_pair]))
+        self._rebuild()
+        self._compute_forces()
+
+    def _candidates(self, contacts: Contacts | None) -> tuple[Contacts, WallContacts]:
+        found = find_contacts(self.grains, self.walls, contacts, self.margin)
+        self._reference = self.grains.position.copy()
+        self._wall_reference = self.walls.position.copy()
+        self._steps_since_build = 0
+        self._growth_since_build = 0.0
+        return found
+
+    def _rebuild(self) -> None:
+        # rebuilding costs about 15 steps; a wide margin slows every step: aim at 150 to 1500 steps
+        smallest, largest = 0.005 * self.grains.radius.mean(), 0.3 * self.grains.radius.mean()
+        if self._steps_since_build < 150:
+            self.margin = float(min(1.5 * self.margin, largest))
+        elif self._steps_since_build > 1500:
+            self.margin = float(max(0.75 * self.margin, smallest))
+        self.contacts, self.wall_contacts = self._candidates(self.contacts)
+        self.n_rebuilds += 1
+
+    def _compute_forces(self, dt: float = 0.0) -> None:
+        """Forces at the present positions without moving anything.
+
+        `dt` advances the tangential forces by the motion of the last step, for states of engines
+        that save forces one step older than positions.
+        """
+        self.grains.force[:] = 0.0
+        self.grains.torque[:] = 0.0
+        kernels = kernels_for(self.law)
+        nothing = np.zeros(3)
+        kernels.contact_forces(self.grains, self.contacts, dt, self.law.parameters, nothing)
+        kernels.wall_forces(self.grains, self.walls, self.wall_contacts, self.law.parameters)
+
+    def _refuse_deep_overlaps(self) -> None:
+        grains, pairs = self.grains, self.contacts
+        if len(pairs.first):
+            gap = np.linalg.norm(grains.position[pairs.second] - grains.position[pairs.first], axis=1)
+            r1, r2 = grains.radius[pairs.first], grains.radius[pairs.second]
+            depth = (r1 + r2 - gap) / np.minimum(r1, r2)
+            worst = int(depth.argmax())
+            if depth[worst] > 0.5:
+                raise InvalidInput(
+                    f"{int((depth > 0.5).sum())} pairs overlap by more than half the smaller radius, the worst are grains "
+                    f"{int(pairs.first[worst])} and {int(pairs.second[worst])} ({depth[worst]:.2f} radii): "
+                    "check positions and radii"
+                )
+
+    # -- loading, saving -------------------------------------------------------------------------
+
+    def load(self, path, **options):
+        """Load along a `Path`; returns the curve as an `xarray.Dataset`. See `dem.loading.load`."""
+        return loading.load(self, path, **options)
+
+    def probe(self, increment, n_steps: int, **options) -> None:
+        """Impose a principal strain or stress increment (3,), in place. See `dem.loading.probe`."""
+        loading.probe(self, increment, n_steps, **options)
+
+    def clone(self) -> Assembly:
+        """An independent assembly in the same state."""
+        return Assembly.from_state(self.save(), self.law)
+
+    def save(self) -> State:
+        """Copy the whole state, so that `restore` continues bitwise as this one would."""
+        arrays: dict[str, np.ndarray] = {}
+        for group, value in (("grains", self.grains), ("contacts", self.contacts), ("walls", self.walls),
+                             ("wall_contacts", self.wall_contacts)):  # fmt: skip
+            for name, array in value._asdict().items():
+                arrays[f"{group}/{name}"] = array.copy()
+        arrays["list/reference"] = self._reference.copy()
+        arrays["list/wall_reference"] = self._wall_reference.copy()
+        arrays["spent"] = self.spent.copy()
+        arrays["strain_origin"] = self.strain_origin.copy()
+        law_name = type(self.law).__name__
+        numbers = {name: getattr(self, name) for name in _NUMBERS}
+        law_fields = {name: getattr(self.law, name) for name in getattr(self.law, "__dataclass_fields__", {})}
+        return State("Assembly", arrays, {"law": law_name, "law_fields": law_fields, **numbers})
+
+    def restore(self, state: State) -> None:
+        """Return to a saved state, in place, exactly.
+
+        Raises
+        ------
+        InvalidInput
+            If the state is of another kind of specimen, or of another contact law.
+        """
+        state.expect_kind("Assembly")
+        law = _law_of(state, self.law)
+        groups: dict[str, dict[str, np.ndarray]] = {}
+        for name, array in state.arrays.items():
+            group, _, field = name.rpartition("/")
+            groups.setdefault(group, {})[field] = array.copy()
+        self.law = law
+        kept = groups["grains"]
+        self.grains = Grains(aligned_rows(kept["row"]), kept["mass"], kept["inertia"])
+        self.contacts = Contacts(**groups["contacts"])
+        self.walls = Walls(**groups["walls"])
+        self.wall_contacts = WallContacts(**groups["wall_contacts"])
+        self._reference, self._wall_reference = groups["list"]["reference"], groups["list"]["wall_reference"]
+        self.spent, self.strain_origin = groups[""]["spent"], groups[""]["strain_origin"]
+        self._scratch = np.zeros((6, 3))
+        for name in _NUMBERS:
+            setattr(self, name, state.attributes[name])
+
+    @classmethod
+    def from_state(cls, state: State, law: ContactLaw | None = None) -> Assembly:
+        """Make an assembly of a saved state; `law` is needed for a law that is not rendulic's own."""
+        assembly = cls.__new__(cls)
+        assembly.law = _law_of(state, law)
+        assembly.restore(state)
+        return assembly
+
+
+_NUMBERS = (
+    "density", "damping", "inertial_radius", "time_step_fraction", "time_step", "time", "n_steps", "n_rebuilds", "margin",
+    "_steps_since_build", "_growth_since_build",
+)  # fmt: skip
+
+
+def _law_of(state: State, given: ContactLaw | None) -> ContactLaw:
+    name, fields = state.attributes.get("law"), state.attributes.get("law_fields", {})
+    if name in LAWS:
+        return LAWS[name](**fields)
+    if given is not None and type(given).__name__ == name:
+        return given
+    raise InvalidInput(f"the state was saved with the contact law '{name}': pass that law to from_state(state, law=...)")

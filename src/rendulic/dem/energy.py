@@ -1,0 +1,53 @@
+"""Where the energy is and where it went; the balance of boundary work."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rendulic.dem.kernels.step import BOUNDARY, DAMPING, FRICTION
+
+if TYPE_CHECKING:
+    from rendulic.dem.assembly import Assembly
+
+__all__ = ["elastic_energy", "energies", "kinetic_energy"]
+
+
+def kinetic_energy(assembly: Assembly) -> float:
+    """Translational and rotational kinetic energy in J, of the last half step."""
+    grains = assembly.grains
+    return 0.5 * float(
+        grains.mass @ (grains.velocity**2).sum(axis=1) + grains.inertia @ (grains.angular_velocity**2).sum(axis=1)
+    )
+
+
+def elastic_energy(assembly: Assembly) -> float:
+    """Energy stored in the contacts, walls included, in J."""
+    grains, pairs, walls, law = assembly.grains, assembly.contacts, assembly.wall_contacts, assembly.law
+    closed = pairs.force[:, 0] > 0
+    force = pairs.force[closed]
+    k_n, k_t = law.stiffness(grains.radius[pairs.first[closed]], grains.radius[pairs.second[closed]], law.parameters)
+    stored = law.elastic_energy(force[:, 0], np.linalg.norm(force[:, 1:], axis=1), k_n, k_t).sum()
+    k_wall = law.wall_stiffness(grains.radius[walls.grain], law.parameters)
+    return float(stored + law.elastic_energy(walls.force, 0.0, k_wall, 1.0).sum())
+
+
+def energies(assembly: Assembly) -> dict[str, float]:
+    """Energies in J.
+
+    Returns
+    -------
+    dict
+        `kinetic` and `elastic` are of the present state; `friction`, `damping` and `boundary`
+        (work of the walls on the grains) are counted since the assembly was made. Between two
+        states `boundary = kinetic + elastic + friction + damping` in differences; what is missing
+        is the error of the integration, which shrinks with the time step.
+    """
+    return {
+        "kinetic": kinetic_energy(assembly),
+        "elastic": elastic_energy(assembly),
+        "friction": float(assembly.spent[FRICTION]),
+        "damping": float(assembly.spent[DAMPING]),
+        "boundary": float(assembly.spent[BOUNDARY]),
+    }

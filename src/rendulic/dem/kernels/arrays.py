@@ -1,0 +1,109 @@
+"""The arrays of an assembly, grouped as the kernels take them. All float64 unless said otherwise."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["Contacts", "Drive", "Grains", "WallContacts", "Walls", "aligned_rows"]
+
+
+# columns of `Grains.row`
+POSITION, RADIUS, VELOCITY, SPIN, FORCE, TORQUE, COLUMNS = 0, 3, 4, 7, 10, 13, 16
+
+
+class Grains(NamedTuple):
+    """One row per grain; SI units.
+
+    All that a contact reads and writes of a grain lies in one row of 128 bytes, two cache lines:
+    position (3), radius, velocity (3), angular velocity (3), force (3), torque (3). The properties
+    are views of it. Velocities belong to the last half step; force and torque are the resultants
+    of the contact forces at the present position, undamped.
+    """
+
+    row: np.ndarray  # (n, 16), aligned to cache lines
+    mass: np.ndarray  # (n,)
+    inertia: np.ndarray  # (n,)
+
+    @property
+    def position(self) -> np.ndarray:
+        """(n, 3) view, m."""
+        return self.row[:, POSITION : POSITION + 3]
+
+    @property
+    def radius(self) -> np.ndarray:
+        """(n,) view, m."""
+        return self.row[:, RADIUS]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """(n, 3) view, m/s."""
+        return self.row[:, VELOCITY : VELOCITY + 3]
+
+    @property
+    def angular_velocity(self) -> np.ndarray:
+        """(n, 3) view, rad/s."""
+        return self.row[:, SPIN : SPIN + 3]
+
+    @property
+    def force(self) -> np.ndarray:
+        """(n, 3) view, N."""
+        return self.row[:, FORCE : FORCE + 3]
+
+    @property
+    def torque(self) -> np.ndarray:
+        """(n, 3) view, N m."""
+        return self.row[:, TORQUE : TORQUE + 3]
+
+
+def aligned_rows(values: np.ndarray) -> np.ndarray:
+    """A copy of (n, 16) `values` that starts on a cache line."""
+    n, columns = values.shape
+    buffer = np.empty(n * columns + 8)
+    offset = -buffer.ctypes.data // 8 % 8
+    rows = buffer[offset : offset + n * columns].reshape(n, columns)
+    rows[:] = values
+    return rows
+
+
+class Contacts(NamedTuple):
+    """Candidate pairs `first < second`, sorted; open pairs carry zero force.
+
+    `force` is (n, 4): normal force, then the tangential force on `second`.
+    """
+
+    first: np.ndarray  # (n,) int32
+    second: np.ndarray  # (n,) int32
+    force: np.ndarray  # (n, 4)
+
+
+class WallContacts(NamedTuple):
+    """Candidate grain-wall pairs with their normal force (zero when open)."""
+
+    grain: np.ndarray  # (n,) int32
+    wall: np.ndarray  # (n,) int32
+    force: np.ndarray  # (n,)
+
+
+class Walls(NamedTuple):
+    """Six walls in the order 1-, 1+, 2-, 2+, 3-, 3+."""
+
+    position: np.ndarray  # (6,) coordinate along the wall's own axis
+    force: np.ndarray  # (6,) pressing force of the grains, positive
+    stiffness: np.ndarray  # (6,) summed normal stiffness of the closed contacts
+
+
+class Drive(NamedTuple):
+    """Loading of the box in its principal axes, in the generalised components of a `Control`.
+
+    Strain increments are `inverse @ e`, stresses obey `s = conjugate @ sigma`.
+    """
+
+    inverse: np.ndarray  # (3, 3)
+    conjugate: np.ndarray  # (3, 3)
+    is_stress: np.ndarray  # (3,) bool
+    rate: np.ndarray  # (3,) strain rate of the strain-controlled components, 1/s
+    target: np.ndarray  # (3,) stress of the stress-controlled components at the end of the step, Pa
+    target_rate: np.ndarray  # (3,) its change, Pa/s
+    rate_cap: np.ndarray  # (1,) largest strain rate the servo may use, 1/s

@@ -1,0 +1,61 @@
+"""One restrained style for every figure, and the saving of figures."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+__all__ = ["COLOURS", "INK", "NEGATIVE", "new_figure", "save", "sequence"]
+
+INK = "#222222"
+NEGATIVE = "#c1272d"
+# Okabe and Ito's colours, told apart by colour-blind readers; dark ones first
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+
+RC = {
+    "font.family": "sans-serif",
+    "font.size": 9,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "grid.color": "#d8d8d8",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.4,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
+    "savefig.dpi": 200,
+    "figure.constrained_layout.use": True,
+}
+
+
+def new_figure(width: float = 4.6, height: float = 3.4) -> Figure:
+    """An empty figure in the house style, sizes in inches; no display is needed."""
+    with mpl.rc_context(RC):
+        return Figure(figsize=(width, height), layout="constrained")
+
+
+def sequence(count: int) -> list:
+    """`count` colours from light to dark, for an ordered family of curves."""
+    colour_map = mpl.colormaps["viridis_r"]
+    return [colour_map(0.15 + 0.85 * k / max(count - 1, 1)) for k in range(count)]
+
+
+def save(figure: Figure, folder: str | os.PathLike, name: str) -> list[Path]:
+    """Write `name.png` and `name.pdf` into `folder`; return the paths."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{name}.{kind}" for kind in ("png", "pdf")]
+    with mpl.rc_context(RC):
+        for path in paths:
+            figure.savefig(path)
+    return paths

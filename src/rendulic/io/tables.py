@@ -1,0 +1,42 @@
+"""Labelled results as NetCDF files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.whole_file import whole_file
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["read_dataset", "write_dataset"]
+
+
+def write_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
+    """Write a dataset as NetCDF 4, whole or not at all, and return the path."""
+    with whole_file(path) as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf")
+    return Path(path)
+
+
+def read_dataset(path: str | os.PathLike) -> xr.Dataset:
+    """Read a NetCDF file into memory.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such file.
+    CorruptFile
+        If it is truncated or not NetCDF.
+    """
+    import xarray as xr
+
+    if not Path(path).is_file():
+        raise InvalidInput(f"no table at {path}: check the path")
+    try:
+        return xr.load_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError) as error:
+        raise CorruptFile(f"{path} is not a readable NetCDF file (truncated or foreign): {error}") from None

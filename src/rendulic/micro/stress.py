@@ -1,0 +1,21 @@
+"""Love-Weber stress: from contacts and branches."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rendulic.snapshot import Snapshot
+
+__all__ = ["love_weber_stress"]
+
+
+def love_weber_stress(snapshot: Snapshot) -> np.ndarray:
+    """`sigma_ij = (1/V) sum_c f_i l_j` over all contacts, walls included (paper, Eq. 4).
+
+    Returns
+    -------
+    (3, 3) array
+        In Pa, compression positive. In equilibrium it equals the wall tractions
+        (`Snapshot.wall_stress`); the difference measures what is unbalanced.
+    """
+    return snapshot.force.T @ snapshot.branch / snapshot.volume

@@ -1,0 +1,195 @@
+"""Probing a state in many directions, each from the identical saved state."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from math import isfinite
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rendulic.errors import InvalidInput, one_of
+from rendulic.loading.directions import Directions
+from rendulic.micro.contact_work import CLASSES
+from rendulic.probing.second_order_work import SecondOrderWork, normalised, second_order_work
+from rendulic.progress import Progress, silent
+from rendulic.specimen import HasGrains, Specimen
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["probe"]
+
+MACRO = {
+    "w2_macro": ("second-order work d_sigma : d_eps (Cauchy)", "J/m3"),
+    "w2_normalised": ("normalised second-order work", "1"),
+    "w2_drift": ("part of w2_macro that the null probe's stress drift makes", "J/m3"),
+    "w2_normalised_without_drift": ("normalised second-order work, null probe subtracted", "1"),
+}
+MICRO = {
+    "w2_boundary": ("second-order work of the walls, exact", "J/m3"),
+    "w2_lagrangian": ("second-order work dPi : dF", "J/m3"),
+    "w2_contacts": ("sum of df . dl over contacts before or after", "J/m3"),
+    "w2_grains": ("sum of df . dx over grains (inertial term)", "J/m3"),
+    "w2_paper": ("Eq. 17 over contacts present before and after", "J/m3"),
+    "identity_residual": ("error of the exact micro-macro identity, relative", "1"),
+    "negative_contacts": ("share of contacts with negative second-order work", "1"),
+    "unbalanced_force": ("mean resultant over mean contact force at the end", "1"),
+}
+
+
+def probe(
+    specimen: Specimen,
+    directions: Directions,
+    norm: float | Sequence[float] = 5e-5,
+    n_steps: int = 5000,
+    *,
+    kind: str = "strain",
+    workers: int | None = None,
+    progress: Progress = silent,
+) -> xr.Dataset:
+    """Second-order work of a state in many directions; the specimen itself is left as it was.
+
+    1. The state is saved once; every direction starts from it, and so does a null probe of zero
+       increment and equal duration, whose stress drift is reported with every value.
+    2. The increment grows at constant rate. A sequence of norms is one sweep: each direction is
+       followed to the largest norm and read where it passes the others.
+    3. For specimens with grains the micro terms and the identity residual come along.
+
+    Parameters
+    ----------
+    specimen : Specimen
+        In the state to probe; it should be at rest.
+    directions : Directions
+        E.g. `rd.directions.rendulic(step=10)`.
+    norm : float or increasing sequence of float
+        Size of the increment: strain, or Pa for `kind="stress"`.
+    n_steps : int
+        Steps up to the *smallest* norm; larger norms take proportionally more.
+    kind : {"strain", "stress"}
+        What is imposed. The directions are angles in the Rendulic plane of that quantity.
+    workers : int, optional
+        Threads; by default one per core. The results do not depend on it.
+    progress : Progress
+        Called as directions finish.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions `alpha` (degrees), `component`, for grains `contact_class`, and `norm` if a
+        sequence was given. A sign is `is_significant` where |w2_macro| exceeds |w2_drift|.
+
+    Raises
+    ------
+    InvalidInput
+        For norms or steps that are not positive, or an unknown kind.
+    """
+    one_of(kind, ("strain", "stress"), "kind of probe")
+    norms = np.atleast_1d(np.asarray(norm, dtype=float))
+    if norms.ndim != 1 or not np.isfinite(norms).all() or (norms <= 0).any() or (np.diff(norms) <= 0).any():
+        raise InvalidInput(f"probe norms must be positive and increasing, got {norm!r}")
+    if int(n_steps) != n_steps or n_steps < 1:
+        raise InvalidInput(f"n_steps must be a positive whole number, got {n_steps!r}")
+    if workers is not None and workers < 1:
+        raise InvalidInput(f"workers must be at least 1, got {workers!r}")
+    workers = workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else workers or 1
+    increments = np.concatenate((np.zeros((1, 3)), directions.increments(float(norms[-1]))))
+    marks = tuple((norms / norms[-1]).tolist())
+    total_steps = round(n_steps * float(norms[-1] / norms[0]))
+    has_grains = isinstance(specimen, HasGrains)
+    before = specimen.snapshot() if has_grains else None
+    sigma, eps = specimen.stress, specimen.strain
+    finished, lock = 0, Lock()
+
+    def follow(increment: np.ndarray) -> list[dict[str, Any]]:
+        nonlocal finished
+        clone = specimen.clone()
+        readings: list[dict[str, Any]] = []
+
+        def read(_fraction: float) -> None:
+            reading: dict[str, Any] = {
+                "d_sigma": np.diag(clone.stress - sigma),
+                "d_eps": np.diag(clone.strain - eps),
+            }
+            if before is not None:
+                after = clone.snapshot()  # type: ignore[attr-defined]
+                reading["work"] = second_order_work(before, after)
+                reading["unbalanced_force"] = after.unbalanced_force
+            readings.append(reading)
+
+        clone.probe(increment, total_steps, kind=kind, marks=marks, on_mark=read)
+        with lock:
+            finished += 1
+            progress(finished, len(increments), f"probe {finished} of {len(increments)}")
+        return readings
+
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        results = list(pool.map(follow, increments))
+    return _dataset(results[0], results[1:], directions, norms, np.ndim(norm) == 0, kind, total_steps)
+
+
+def _dataset(
+    null: list[dict], probes: list[list[dict]], directions: Directions, norms: np.ndarray, single: bool, kind: str,
+    n_steps: int,
+) -> xr.Dataset:  # fmt: skip
+    import xarray as xr
+
+    def stacked(pick) -> np.ndarray:
+        return np.array([[pick(reading) for reading in readings] for readings in probes]).swapaxes(0, 1)
+
+    d_sigma, d_eps = stacked(lambda r: r["d_sigma"]), stacked(lambda r: r["d_eps"])
+    drift = np.array([reading["d_sigma"] for reading in null])[:, None, :]
+    values = {
+        "w2_macro": (d_sigma * d_eps).sum(axis=-1),
+        "w2_normalised": normalised(d_sigma, d_eps),
+        "w2_drift": (drift * d_eps).sum(axis=-1),
+        "w2_normalised_without_drift": normalised(d_sigma - drift, d_eps),
+    }
+    labels = dict(MACRO)
+    axes = ("norm", "alpha")
+    variables: dict[str, Any] = {
+        "d_eps": ((*axes, "component"), d_eps, {"long_name": "principal strain increment", "units": "1"}),
+        "d_sigma": ((*axes, "component"), d_sigma, {"long_name": "principal stress increment", "units": "Pa"}),
+        "d_sigma_null": (
+            ("norm", "component"),
+            drift[:, 0, :],
+            {"long_name": "principal stress drift of the null probe", "units": "Pa"},
+        ),
+        "is_significant": (
+            axes,
+            np.abs(values["w2_macro"]) > np.abs(values["w2_drift"]),
+            {"long_name": "second-order work larger than the null probe's share"},
+        ),
+    }
+    coords: dict[str, Any] = {
+        "alpha": ("alpha", np.array(directions.alpha), {"long_name": f"direction of {kind} increment", "units": "degree"}),
+        "norm": ("norm", norms, {"long_name": f"norm of {kind} increment", "units": "1" if kind == "strain" else "Pa"}),
+        "component": ("component", [1, 2, 3], {"long_name": "principal axis, 1 axial"}),
+    }
+    if "work" in null[0]:
+        labels |= MICRO
+        for name, attribute in (
+            ("w2_boundary", "boundary"), ("w2_lagrangian", "lagrangian"), ("w2_contacts", "contacts"),
+            ("w2_grains", "grains"), ("w2_paper", "paper"), ("identity_residual", "identity_residual"),
+        ):  # fmt: skip
+            values[name] = stacked(lambda r, a=attribute: getattr(r["work"], a))
+        values["negative_contacts"] = stacked(lambda r: _share_negative(r["work"]))
+        values["unbalanced_force"] = stacked(lambda r: r["unbalanced_force"])
+        coords["contact_class"] = ("contact_class", list(CLASSES))
+        variables["w2_by_class"] = (
+            (*axes, "contact_class"),
+            stacked(lambda r: [r["work"].by_class[name] for name in CLASSES]),
+            {"long_name": "second-order work of the contacts by class", "units": "J/m3"},
+        )
+    for name, value in values.items():
+        variables[name] = (axes, value, {"long_name": labels[name][0], "units": labels[name][1]})
+    result = xr.Dataset(variables, coords, {"kind": kind, "n_steps": n_steps, "sign": "compression positive"})
+    return result.squeeze("norm") if single else result
+
+
+def _share_negative(work: SecondOrderWork) -> float:
+    pairs = work.per_contact.work
+    return float((pairs < 0.0).mean()) if len(pairs) else 0.0

@@ -1,0 +1,65 @@
+"""The protocol that everything which can be probed obeys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from rendulic.loading.paths import Path
+from rendulic.snapshot import Snapshot
+from rendulic.state import State
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["HasGrains", "Specimen"]
+
+
+@runtime_checkable
+class Specimen(Protocol):
+    """A material in a state: grains or a constitutive model.
+
+    Stresses in Pa and strains are (3, 3), compression and contraction positive, axis 1 axial.
+    """
+
+    @property
+    def stress(self) -> np.ndarray: ...
+
+    @property
+    def strain(self) -> np.ndarray: ...
+
+    def load(self, path: Path, **options: Any) -> xr.Dataset:
+        """Follow a path, in place, and return the curve."""
+
+    def probe(
+        self,
+        increment: np.ndarray,
+        n_steps: int,
+        *,
+        kind: str = "strain",
+        marks: tuple[float, ...] = (1.0,),
+        on_mark: Callable[[float], None] | None = None,
+    ) -> None:
+        """Impose a principal strain or stress increment (3,) in equal parts, in place.
+
+        `on_mark(fraction)` is called at each of the increasing `marks`.
+        """
+
+    def clone(self) -> Specimen:
+        """An independent specimen in the same state."""
+
+    def save(self) -> State:
+        """Copy the whole state."""
+
+    def restore(self, state: State) -> None:
+        """Return to a saved state exactly."""
+
+
+@runtime_checkable
+class HasGrains(Protocol):
+    """A specimen whose second-order work can also be read at its contacts."""
+
+    def snapshot(self) -> Snapshot:
+        """The present state for analysis."""

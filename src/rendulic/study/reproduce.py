@@ -1,0 +1,252 @@
+"""The paper's discrete-element study, stage by stage; finished stages are found again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rendulic import figures
+from rendulic.dem.assembly import Assembly
+from rendulic.dem.growth import pack
+from rendulic.dem.loading import bring_to_rest
+from rendulic.dem.equilibrium import unbalanced_force
+from rendulic.errors import DidNotConverge, InvalidInput, one_of
+from rendulic.io.tables import read_dataset, write_dataset
+from rendulic.loading import directions, paths
+from rendulic.probing.probe import probe
+from rendulic.progress import Progress, silent
+from rendulic.state import State
+from rendulic.study.config import GrainStudy
+from rendulic.tensors.invariants import deviatoric_stress, mean_stress
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+__all__ = ["FIGURES", "Reproduction", "reproduce"]
+
+FIGURES = ("fig1", "fig2", "fig3", "fig4")
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What `reproduce` made.
+
+    Parameters
+    ----------
+    folder : Path
+        Where everything lies: states, curves, probes, figures.
+    figures : dict of str to list of Path
+        The files of each figure.
+    table : xarray.Dataset
+        One row per probed state, dimension `state`: what it is, how it was reached, what it answered.
+    """
+
+    folder: Path
+    figures: dict[str, list[Path]]
+    table: xr.Dataset
+
+
+def reproduce(
+    study: GrainStudy,
+    folder: str | os.PathLike,
+    wanted: Iterable[str] = FIGURES,
+    *,
+    workers: int | None = None,
+    stage: Callable[[str], Progress] = lambda _name: silent,
+) -> Reproduction:
+    """Prepare, shear, rest, probe and draw (paper, section 4).
+
+    1. A packing at rest under isotropic pressure: `specimen.h5`.
+    2. Drained compression to each stress ratio; there it is held at constant strain, then at
+       constant stress, until at rest: `state_*.h5`, with the curve up to it.
+    3. The compression goes on to the final strain (only for Figs. 1 and 2).
+    4. Probes of every state in all directions: `probes_*.nc`.
+    5. Figures and the table.
+
+    Parameters
+    ----------
+    study : GrainStudy
+        E.g. `preset("paper")`.
+    folder : path
+        Made if absent. Stages that a folder of the same study holds are not repeated.
+    wanted : iterable of str
+        Which of `FIGURES`.
+    workers : int, optional
+        Threads of the probes.
+    stage : callable
+        Gives the `Progress` of each named stage.
+
+    Raises
+    ------
+    InvalidInput
+        If a figure is unknown, the folder cannot be written or holds another study.
+    DidNotConverge, NotEquilibrated, UnstableTimeStep
+        If the mechanics does not get there.
+    """
+    import xarray as xr
+
+    wanted = [one_of(name, FIGURES, "figure") for name in wanted]
+    folder = _claim(Path(folder), study)
+    sample = _specimen(study, folder, stage("specimen"))
+    etas = study.loading.eta
+    curves = [_state(study, folder, sample, eta, stage(f"shear to eta = {eta:g}")) for eta in etas]
+    with ThreadPoolExecutor(max_workers=1) as beside:
+        if "fig1" in wanted or "fig2" in wanted:
+            final = beside.submit(_final_curve, study, folder, stage("shear to the end"))
+        probes = [_probes(study, folder, eta, workers, stage(f"probes at eta = {eta:g}")) for eta in etas]
+        whole = xr.concat([*curves, final.result()], "record") if "fig1" in wanted or "fig2" in wanted else None
+    table = _table(study, folder, curves, probes)
+    write_dataset(table, folder / "table.nc")
+    return Reproduction(folder, _draw(study, folder, wanted, whole, table, probes), table)
+
+
+def _claim(folder: Path, study: GrainStudy) -> Path:
+    """Make the folder this study's own."""
+    record = folder / "study.json"
+    text = study.model_dump_json(indent=1)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if record.exists():
+            if record.read_text(encoding="utf-8") != text:
+                raise InvalidInput(
+                    f"{folder} holds the results of another study (see {record.name} in it): choose another folder"
+                )
+        else:
+            record.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput(f"cannot write to {folder}: {error.strerror or error}") from None
+    return folder
+
+
+def _specimen(study: GrainStudy, folder: Path, progress: Progress) -> Assembly:
+    path = folder / "specimen.h5"
+    if path.exists():
+        return Assembly.from_state(State.from_file(path))
+    what = study.specimen
+    sample = pack(
+        what.n_grains,
+        (what.radius_min_m, what.radius_max_m),
+        what.pressure_pa,
+        seed=what.seed,
+        law=study.contact.law(),
+        density=what.density_kg_m3,
+        growth_friction=what.growth_friction,
+        porosity=what.porosity,
+        speed=study.loading.speed(),
+        probe_damping=study.probes.damping,
+        progress=progress,
+    )
+    sample.save().to_file(path)
+    return sample
+
+
+def _file(folder: Path, what: str, eta: float, suffix: str) -> Path:
+    return folder / f"{what}_eta_{eta:.3f}.{suffix}"
+
+
+def _state(study: GrainStudy, folder: Path, sample: Assembly, eta: float, progress: Progress) -> xr.Dataset:
+    """Load to a stress ratio and bring it to rest, or find that done; the curve up to there."""
+    state_path, curve_path = _file(folder, "state", eta, "h5"), _file(folder, "curve", eta, "nc")
+    if state_path.exists() and curve_path.exists():
+        sample.restore(State.from_file(state_path))
+        return read_dataset(curve_path)
+    speed = study.loading.speed()
+    lateral = study.specimen.pressure_pa
+    path = paths.drained_triaxial(study.loading.axial_strain, until_eta=eta, lateral_stress=lateral)
+    curve = sample.load(path, speed=speed, progress=progress)
+    if curve.attrs["stopped_by"] != "eta":
+        raise DidNotConverge(
+            f"eta = {eta:g} was not reached within {study.loading.axial_strain:g} of axial strain (the largest was "
+            f"{float(curve.eta.max()):.3f}): ask for smaller stress ratios or a larger strain"
+        )
+    rest = bring_to_rest(sample, "stress", speed, progress=progress)
+    curve.attrs |= {"rest": "constant strain, then constant stress", "crept": rest.crept.tolist()}
+    sample.save().to_file(state_path)
+    write_dataset(curve, curve_path)
+    return curve
+
+
+def _final_curve(study: GrainStudy, folder: Path, progress: Progress) -> xr.Dataset:
+    """The compression from the last state to the final strain."""
+    path = folder / "curve_final.nc"
+    if path.exists():
+        return read_dataset(path)
+    sample = Assembly.from_state(State.from_file(_file(folder, "state", study.loading.eta[-1], "h5")))
+    left = study.loading.axial_strain - float(sample.strain[0, 0])
+    if left <= 0.0:
+        raise InvalidInput(
+            f"axial_strain = {study.loading.axial_strain:g} ends before the last state, at {sample.strain[0, 0]:.4f}"
+        )
+    path_left = paths.drained_triaxial(left, lateral_stress=study.specimen.pressure_pa)
+    curve = sample.load(path_left, speed=study.loading.speed(), progress=progress)
+    write_dataset(curve, path)
+    return curve
+
+
+def _probes(study: GrainStudy, folder: Path, eta: float, workers: int | None, progress: Progress) -> xr.Dataset:
+    path = _file(folder, "probes", eta, "nc")
+    if path.exists():
+        return read_dataset(path)
+    sample = Assembly.from_state(State.from_file(_file(folder, "state", eta, "h5")))
+    sample.damping = study.probes.damping
+    around = directions.rendulic(study.probes.step_deg)
+    probes = probe(sample, around, study.probes.norms, study.probes.n_steps, workers=workers, progress=progress)
+    write_dataset(probes, path)
+    return probes
+
+
+def _table(study: GrainStudy, folder: Path, curves: list[xr.Dataset], probes: list[xr.Dataset]) -> xr.Dataset:
+    """One row per state: what it is, how it was reached, and its answer at every norm."""
+    import xarray as xr
+
+    samples = [Assembly.from_state(State.from_file(_file(folder, "state", eta, "h5"))) for eta in study.loading.eta]
+    answers = xr.concat(probes, "state", data_vars="all")
+    worst = answers.w2_normalised.argmin("alpha")
+    stresses = np.array([sample.stress for sample in samples])
+    columns = {
+        "eta": ("stress ratio at rest", "1", [sample.eta for sample in samples]),
+        "p": ("mean stress at rest", "Pa", mean_stress(stresses)),
+        "q": ("deviatoric stress at rest", "Pa", deviatoric_stress(stresses)),
+        "eps_1": ("axial strain at rest", "1", [sample.strain[0, 0] for sample in samples]),
+        "eps_v": ("volumetric strain at rest", "1", [np.trace(sample.strain) for sample in samples]),
+        "porosity": ("porosity", "1", [sample.porosity for sample in samples]),
+        "n_contacts": ("closed contacts", "1", [sample.n_contacts for sample in samples]),
+        "unbalanced_force": ("unbalanced force at rest", "1", [unbalanced_force(sample) for sample in samples]),
+        "crept": ("axial strain crept while coming to rest", "1", [curve.attrs["crept"][0] for curve in curves]),
+    }
+    table = xr.Dataset({name: ("state", np.array(values), {"long_name": label, "units": unit})
+                        for name, (label, unit, values) in columns.items()})  # fmt: skip
+    table["smallest_w2n"] = answers.w2_normalised.min("alpha")
+    table["smallest_w2n_alpha"] = answers.alpha[worst].drop_vars("alpha")
+    table["smallest_w2n_is_significant"] = answers.is_significant.isel(alpha=worst).drop_vars("alpha")
+    table["largest_identity_residual"] = answers.identity_residual.max("alpha")
+    return table.drop_vars("component", errors="ignore")
+
+
+def _draw(
+    study: GrainStudy,
+    folder: Path,
+    wanted: list[str],
+    curve: xr.Dataset | None,
+    table: xr.Dataset,
+    probes: list[xr.Dataset],
+) -> dict[str, list[Path]]:
+    states = table.swap_dims(state="record") if "state" in table.dims else table
+    norm = study.probes.diagram_norm
+    drawn = [data.sel(norm=norm) for data in probes]
+    named = {f"$\\eta$ = {float(eta):.2f}": data for eta, data in zip(table.eta, drawn, strict=True)}
+    size = f"{study.specimen.n_grains} grains, strain probes of norm {norm:.0e}"
+    makers: dict[str, Callable[[], Figure]] = {
+        "fig1": lambda: figures.deviatoric_stress(curve, states),
+        "fig2": lambda: figures.volume_change(curve, states),
+        "fig3": lambda: figures.circular_diagram(named, size),
+        "fig4": lambda: figures.macro_micro(drawn[-1], f"$\\eta$ = {float(table.eta[-1]):.2f}, {size}"),
+    }
+    return {name: figures.save(makers[name](), folder, name) for name in wanted}
