@@ -58,7 +58,7 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
 }
 
-__all__ = [*_PUBLIC, "__version__"]  # noqa: PLE0604
+__all__ = [*_PUBLIC, "__version__"]
 
 if TYPE_CHECKING:
     from rendulic import dem, errors, figures, io, micro, tensors

@@ -72,4 +72,5 @@ class CurveRecorder:
             largest = float(variables["inertial_number"][1].max())
             attributes["largest_inertial_number"] = largest
             attributes["is_quasi_static"] = int(largest <= QUASI_STATIC_LIMIT)
+            attributes["largest_unbalanced_force"] = float(variables["unbalanced_force"][1].max())
         return xr.Dataset(variables, attrs=attributes)

@@ -35,7 +35,12 @@ def probe(
     sample = Assembly.from_state(State.from_file(state))
     with stages(quiet) as stage:
         probes = run_probes(
-            sample, directions.rendulic(step), sorted(norm or [5e-5]), n_steps, workers=workers, progress=stage("probes")
+            sample,
+            directions.rendulic(step),
+            sorted(norm or [5e-5]),
+            n_steps,
+            workers=workers,
+            progress=stage("probes"),
         )
     write_dataset(probes, output / "probes.nc")
     named = {f"norm {float(value):.0e}": probes.sel(norm=value) for value in probes.norm}

@@ -8,7 +8,14 @@ from contextlib import contextmanager
 from threading import Lock
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from rendulic.progress import Progress as Callback
 from rendulic.progress import silent
@@ -57,6 +64,10 @@ def _lines(console: Console, name: str) -> Callback:
             last[0] = now
         share = done / total if total else 0.0
         left = f", {(now - start) * (1 - share) / share:.0f} s left" if 0.02 < share < 1 else ""
-        console.print(f"{name}: {100 * share:.0f} % after {now - start:.0f} s{left}; {note}", highlight=False, soft_wrap=True)
+        console.print(
+            f"{name}: {100 * share:.0f} % after {now - start:.0f} s{left}; {note}",
+            highlight=False,
+            soft_wrap=True,
+        )
 
     return show

@@ -24,7 +24,9 @@ def reproduce(
         "results"
     ),
     seed: Annotated[int | None, typer.Option(help="Another packing of the same recipe.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Threads of the probes; one per core if not given.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Threads of the probes; one per core if not given.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the table.")] = False,
 ) -> None:
     """Reproduce the paper's figures: prepare a packing, shear it, probe it, draw.
@@ -52,7 +54,17 @@ def reproduce(
 def _summary(table: xr.Dataset) -> Table:
     """The states: what they are and how they came to rest."""
     shown = Table(title="Probed states", caption="crept: axial strain moved while coming to rest at constant stress")
-    for heading in ("eta", "q [kPa]", "p [kPa]", "eps_1 [%]", "eps_v [%]", "porosity", "contacts", "unbalanced", "crept"):
+    for heading in (
+        "eta",
+        "q [kPa]",
+        "p [kPa]",
+        "eps_1 [%]",
+        "eps_v [%]",
+        "porosity",
+        "contacts",
+        "unbalanced",
+        "crept",
+    ):
         shown.add_column(heading, justify="right")
     for k in range(table.sizes["state"]):
         row = {name: float(table[name][k]) for name in table.data_vars if table[name].dims == ("state",)}

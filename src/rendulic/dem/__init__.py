@@ -6,4 +6,13 @@ from rendulic.dem.growth import pack
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.loading import QuasiStatic, Rest, bring_to_rest
 
-__all__ = ["Assembly", "ContactLaw", "Equilibrium", "LinearFrictional", "QuasiStatic", "Rest", "bring_to_rest", "pack"]
+__all__ = [
+    "Assembly",
+    "ContactLaw",
+    "Equilibrium",
+    "LinearFrictional",
+    "QuasiStatic",
+    "Rest",
+    "bring_to_rest",
+    "pack",
+]

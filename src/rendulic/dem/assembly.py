@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+
 import numpy as np
 
 from rendulic.dem import equilibrium, loading
@@ -262,37 +263,41 @@ class Assembly:
         if self._growth_since_build >= 0.25 * self.margin:
             self._rebuild()
 
-    def set_tangential_forces(
-        self, first: np.ndarray, second: np.ndarray, force: np.ndarray, age: float = 0.0
-    ) -> None:
+    def set_tangential_forces(self, first: np.ndarray, second: np.ndarray, force: np.ndarray, age: float = 0.0) -> None:
         """Give contacts `first < second` the tangential forces (n, 3) on `second` in N of another engine.
 
         `age` in s is how much older than the positions the forces are: they are advanced by the
         present velocities. Pairs that do not touch are left open; forces beyond the friction limit
         are scaled to it.
         """
-        place = {pair: c for c, pair in enumerate(zip(self.contacts.first.tolist(), self.contacts.second.tolist(), strict=True))}
+        place = {
+            pair: c
+            for c, pair in enumerate(zip(self.contacts.first.tolist(), self.contacts.second.tolist(), strict=True))
+        }
         for pair, value in zip(zip(first.tolist(), second.tolist(), strict=True), force, strict=True):
             c = place.get(pair)
             if c is not None and self.contacts.force[c, 0] > 0:
                 self.contacts.force[c, 1:] = value
         self._compute_forces(age)
 
-    def stop_rattlers(self) -> None:
-        """Stop motions that nothing resists, in place.
+    def calm_free_motion(self) -> None:
+        """Take the energy of motions that nothing resists, in place.
 
-        Damping acts on forces, so a grain in free flight would never come to rest, nor the spin of
-        a grain about its only frictional contact (walls have no friction). Grains with fewer than
-        two contacts lose their velocity, with fewer than two grain contacts their spin; the kinetic
-        energy taken is booked as damping.
+        Damping acts on forces, so a grain in free flight never comes to rest, nor does the spin of
+        grains that turn on each other like gears along a frictionless wall. Grains with fewer than
+        two contacts lose their velocity and spin, all others half their spin; the kinetic energy
+        taken is booked as damping. For bringing to rest only.
         """
         grains, closed = self.grains, self.contacts.force[:, 0] > 0
-        frictional = np.bincount(self.contacts.first[closed], minlength=len(self))
-        frictional += np.bincount(self.contacts.second[closed], minlength=len(self))
-        every = frictional + np.bincount(self.wall_contacts.grain[self.wall_contacts.force > 0], minlength=len(self))
+        touching = (
+            self.contacts.first[closed], self.contacts.second[closed],
+            self.wall_contacts.grain[self.wall_contacts.force > 0],
+        )  # fmt: skip
+        n_contacts = np.bincount(np.concatenate(touching), minlength=len(self))
         before = kinetic_energy(self)
-        grains.velocity[every < 2] = 0.0
-        grains.angular_velocity[frictional < 2] = 0.0
+        grains.angular_velocity[:] *= 0.5
+        grains.velocity[n_contacts < 2] = 0.0
+        grains.angular_velocity[n_contacts < 2] = 0.0
         self.spent[DAMPING] += before - kinetic_energy(self)
 
     def sort_grains(self) -> None:
@@ -434,4 +439,6 @@ def _law_of(state: State, given: ContactLaw | None) -> ContactLaw:
         return LAWS[name](**fields)
     if given is not None and type(given).__name__ == name:
         return given
-    raise InvalidInput(f"the state was saved with the contact law '{name}': pass that law to from_state(state, law=...)")
+    raise InvalidInput(
+        f"the state was saved with the contact law '{name}': pass that law to from_state(state, law=...)"
+    )

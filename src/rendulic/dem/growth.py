@@ -12,7 +12,15 @@ from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.dem.grains import finite_array
 from rendulic.dem.kernels.insertion import insert_spheres
 from rendulic.dem.laws import ContactLaw, LinearFrictional
-from rendulic.dem.loading import STEPS_PER_LOOK, QuasiStatic, bring_to_rest, drive_for, hold, scaled_inertia, strain_rate_of
+from rendulic.dem.loading import (
+    STEPS_PER_LOOK,
+    QuasiStatic,
+    bring_to_rest,
+    drive_for,
+    hold,
+    scaled_inertia,
+    strain_rate_of,
+)
 from rendulic.errors import DidNotConverge, InvalidInput
 from rendulic.progress import Progress, silent
 
@@ -176,7 +184,12 @@ def _grow(assembly: Assembly, final: float, pressure: float, speed: QuasiStatic,
 
 
 def _densify(
-    assembly: Assembly, porosity: float, law: ContactLaw, pressure: float, speed: QuasiStatic, progress: Progress
+    assembly: Assembly,
+    porosity: float,
+    law: ContactLaw,
+    pressure: float,
+    speed: QuasiStatic,
+    progress: Progress,
 ) -> None:
     """Lower friction at constant pressure until the porosity is reached."""
     bring_to_rest(assembly, "stress", speed, (pressure,) * 3, progress, strict=False)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rendulic.curve import CurveRecorder
-from rendulic.dem.grains import finite_array
 from rendulic.dem.equilibrium import Equilibrium, assess, unbalanced_force
+from rendulic.dem.grains import finite_array
 from rendulic.dem.kernels.arrays import Drive
 from rendulic.errors import InvalidInput, NotEquilibrated, one_of
 from rendulic.loading.control import Control
@@ -56,12 +56,19 @@ class QuasiStatic:
     slowest: float = 0.05
     damping: float = 0.3
     mass_scaling: float = 1.0
-    tolerance: float = 1e-4
-    kinetic_tolerance: float = 1e-6
+    tolerance: float = 1e-6
+    kinetic_tolerance: float = 1e-8
     max_rest_steps: int = 400_000
 
     def __post_init__(self) -> None:
-        for name in ("inertial_number", "unbalanced_limit", "slowest", "tolerance", "kinetic_tolerance", "max_rest_steps"):
+        for name in (
+            "inertial_number",
+            "unbalanced_limit",
+            "slowest",
+            "tolerance",
+            "kinetic_tolerance",
+            "max_rest_steps",
+        ):
             value = getattr(self, name)
             if not (isfinite(value) and value > 0):
                 raise InvalidInput(f"{name} must be a positive number, got {value!r}")
@@ -195,19 +202,21 @@ def bring_to_rest(
     with scaled_inertia(assembly, speed):
         while calm < 3 and done < speed.max_rest_steps:
             assembly.advance(STEPS_PER_LOOK, drive, speed.damping)
-            assembly.stop_rattlers()
+            assembly.calm_free_motion()
             done += STEPS_PER_LOOK
             verdict = assess(assembly, speed.tolerance, speed.kinetic_tolerance)
             calm = calm + 1 if verdict.reached and on_target() else 0
-            progress(done, speed.max_rest_steps, f"rest, {name}: unbalanced {verdict.unbalanced_force:.1e}, kinetic {verdict.kinetic_ratio:.1e}")
+            progress(
+                done,
+                speed.max_rest_steps,
+                f"rest, {name}: unbalanced {verdict.unbalanced_force:.1e}, kinetic {verdict.kinetic_ratio:.1e}",
+            )
     if calm < 3 and strict:
         raise NotEquilibrated(
             f"no equilibrium ({name}) after {done} steps ({verdict}): allow more steps "
             "(max_rest_steps) or a larger tolerance, or start from a calmer state"
         )
-    return Rest(
-        name, done, np.diag(assembly.strain) - before, np.diag(assembly.stress) - stress_before, verdict
-    )
+    return Rest(name, done, np.diag(assembly.strain) - before, np.diag(assembly.stress) - stress_before, verdict)
 
 
 def load(
@@ -265,7 +274,7 @@ def _drive_along(
     basis_inverse = np.linalg.inv(np.asarray(path.control.strain_basis))
     relative = np.where(path.control.is_stress, 0.0, path.strain_rate)
     fastest = np.abs(basis_inverse @ relative).max()
-    start = float(assembly.strain[0, 0])
+    start = np.diag(assembly.strain)
     pressure = float(np.trace(assembly.stress)) / 3.0
     full_rate = strain_rate_of(assembly, speed.inertial_number, pressure)
     drive = drive_for(assembly, path.control, path.stress, np.zeros(3), 10 * full_rate)
@@ -290,17 +299,23 @@ def _drive_along(
         pressure, eta = float(stress.mean()), assembly.eta
         q = eta * pressure
         q_largest = max(q_largest, q)
-        travelled = abs(float(assembly.strain[0, 0]) - start)
+        travelled = float(np.abs(np.diag(assembly.strain) - start).max())
         if looks % every == 0:
             recorder.add(
-                assembly, inertial_number=inertial_number_of(assembly, rate, pressure), unbalanced_force=unbalanced
+                assembly,
+                inertial_number=inertial_number_of(assembly, rate, pressure),
+                unbalanced_force=unbalanced,
             )
             if on_record is not None:
                 on_record(assembly)
         share = travelled / path.until.strain
         if target is not None and target != eta_start:
             share = max(share, (eta - eta_start) / (target - eta_start))
-        progress(min(share, 1.0), 1.0, f"{path.name}: eps_1 {travelled:.4f}, eta {eta:.3f}, unbalanced {unbalanced:.0e}")
+        progress(
+            min(share, 1.0),
+            1.0,
+            f"{path.name}: strain {travelled:.4f}, eta {eta:.3f}, unbalanced {unbalanced:.0e}",
+        )
         if target is not None and (eta >= target if rising else eta <= target):
             # pause the test; what is left of a spike relaxes, and loading goes on from rest
             bring_to_rest(assembly, path, speed, progress=progress, strict=False)

@@ -13,11 +13,13 @@ from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION, ISOTROPIC_COM
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["circular_diagram"]
+__all__ = ["circular_diagram", "circular_diagrams"]
 
 SHIFT = 0.5  # K of the paper: the polar radius is W2n + K, the dashed circle r = K
+FAINT = "#d8d8d8"
 
 
 def circular_diagram(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
@@ -36,38 +38,65 @@ def circular_diagram(probes: Mapping[str, xr.Dataset], title: str = "") -> Figur
     the drift of the null probe are drawn as open dots. Radii below zero (W2n < -K) are drawn at
     the centre.
     """
-    figure = new_figure(5.2, 4.9)
+    figure = new_figure(5.4, 4.2)
     with mpl.rc_context(RC):
         axes = figure.add_subplot()
-        turn = np.linspace(0.0, 2.0 * np.pi, 361)
-        axes.fill(SHIFT * np.cos(turn), SHIFT * np.sin(turn), color=NEGATIVE, alpha=0.07, lw=0)
-        axes.plot(SHIFT * np.cos(turn), SHIFT * np.sin(turn), "--", color=NEGATIVE, lw=1.0, label=r"$W_{2n} = 0$")
-        full = 1.0 + SHIFT
-        axes.plot(full * np.cos(turn), full * np.sin(turn), color="#d8d8d8", lw=0.6)
-        for angle, label in ((ISOTROPIC_COMPRESSION, "isotropic"), (90.0, "axial"), (ISOCHORIC_COMPRESSION, "isochoric")):
-            away = np.radians(angle)
-            axes.plot([0, full * np.cos(away)], [0, full * np.sin(away)], color="#d8d8d8", lw=0.6)
-            axes.annotate(
-                label, (1.04 * full * np.cos(away), 1.04 * full * np.sin(away)), fontsize=7, color="#777777",
-                ha="left" if np.cos(away) > 0.1 else "right" if np.cos(away) < -0.1 else "center",
-            )  # fmt: skip
-        for colour, (label, data) in zip(sequence(len(probes)), probes.items(), strict=True):
-            order = np.argsort(data.alpha.values)
-            alpha = np.radians(data.alpha.values[order])
-            w2n = data.w2_normalised.values[order]
-            radius = np.maximum(w2n + SHIFT, 0.0)
-            x, y = radius * np.cos(alpha), radius * np.sin(alpha)
-            axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=colour, label=label)
-            sure = data.is_significant.values[order]
-            axes.plot(x[sure], y[sure], ".", color=colour, ms=4)
-            axes.plot(x[~sure], y[~sure], "o", mfc="white", mec=colour, ms=4)
-        axes.axhline(0.0, color=INK, lw=0.5)
-        axes.axvline(0.0, color=INK, lw=0.5)
-        axes.set_aspect("equal")
-        axes.set_xlim(-1.75, 1.75)
-        axes.set_ylim(-1.65, 1.7)
-        axes.set_xlabel(r"$\sqrt{2}\,d\varepsilon_3$ direction,  polar radius $W_{2n} + 0.5$")
-        axes.set_ylabel(r"$d\varepsilon_1$ direction")
-        axes.set_title(title)
-        figure.legend(loc="outside right upper")
+        _draw(axes, probes)
+        axes.set_title(title, loc="left")
+        axes.legend(loc="upper left", bbox_to_anchor=(0.93, 1.0), title=r"polar radius $W_{2n}+0.5$", alignment="left")
     return figure
+
+
+def circular_diagrams(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
+    """One circular diagram for every norm of a sweep, side by side.
+
+    Parameters
+    ----------
+    probes : mapping of label to xarray.Dataset
+        From `rd.probe` with a sequence of norms, the same for all.
+    title : str
+        Above the row.
+    """
+    norms = next(iter(probes.values())).norm.values
+    figure = new_figure(3.1 * len(norms) + 0.9, 3.5)
+    with mpl.rc_context(RC):
+        row = figure.subplots(1, len(norms), squeeze=False)[0]
+        for axes, norm in zip(row, norms, strict=True):
+            _draw(axes, {label: data.sel(norm=norm) for label, data in probes.items()})
+            axes.set_title(rf"$\|d\varepsilon\|$ = {norm:.0e}")
+        row[-1].legend(loc="upper left", bbox_to_anchor=(0.97, 1.0))
+        figure.suptitle(title, x=0.02, ha="left")
+    return figure
+
+
+def _draw(axes: Axes, probes: Mapping[str, xr.Dataset]) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    full = 1.0 + SHIFT
+    axes.fill(SHIFT * np.cos(turn), SHIFT * np.sin(turn), color=NEGATIVE, alpha=0.07, lw=0)
+    axes.plot(SHIFT * np.cos(turn), SHIFT * np.sin(turn), "--", color=NEGATIVE, lw=1.0, label=r"$W_{2n} = 0$")
+    axes.plot(full * np.cos(turn), full * np.sin(turn), color=FAINT, lw=0.6)
+    for angle, label in (
+        (ISOTROPIC_COMPRESSION, "isotropic"),
+        (90.0, r"$d\varepsilon_1$ (axial)"),
+        (ISOCHORIC_COMPRESSION, "isochoric"),
+    ):
+        x, y = full * np.cos(np.radians(angle)), full * np.sin(np.radians(angle))
+        axes.plot([0, x], [0, y], color=FAINT, lw=0.6)
+        side = "left" if x > 0.1 else "right" if x < -0.1 else "center"
+        axes.annotate(label, (1.03 * x, 1.03 * y), fontsize=7, color="#777777", ha=side)
+    axes.plot([-full, full], [0, 0], color=INK, lw=0.5)
+    axes.plot([0, 0], [-full, full], color=INK, lw=0.5)
+    axes.annotate(r"$\sqrt{2}\,d\varepsilon_3$", (0.72 * full, -0.16), fontsize=7, color="#777777")
+    for colour, (label, data) in zip(sequence(len(probes)), probes.items(), strict=True):
+        order = np.argsort(data.alpha.values)
+        alpha = np.radians(data.alpha.values[order])
+        radius = np.maximum(data.w2_normalised.values[order] + SHIFT, 0.0)
+        x, y = radius * np.cos(alpha), radius * np.sin(alpha)
+        axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=colour, lw=1.2, label=label)
+        sure = data.is_significant.values[order]
+        axes.plot(x[sure], y[sure], ".", color=colour, ms=4)
+        axes.plot(x[~sure], y[~sure], "o", mfc="white", mec=colour, ms=4)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_xlim(-1.7, 1.7)
+    axes.set_ylim(-1.6, 1.7)

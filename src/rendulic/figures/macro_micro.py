@@ -34,16 +34,38 @@ def macro_micro(probes: xr.Dataset, title: str = "") -> Figure:
             axes.axvspan(60, 240, color="#f1f1f1", lw=0)
             axes.axhline(0.0, color=INK, lw=0.6)
         upper.plot(alpha, data.w2_boundary, color=COLOURS[0], label=r"macro: $\sum_w \delta F\cdot\delta u\,/\,V$")
-        upper.plot(alpha, exact, "o", ms=4, mfc="none", mec=COLOURS[1], label="micro: all contacts and grains (exact)")
+        upper.plot(
+            alpha,
+            exact,
+            "o",
+            ms=4,
+            mfc="none",
+            mec=COLOURS[1],
+            label="micro: all contacts and grains (exact)",
+        )
         upper.plot(alpha, data.w2_paper, "x", ms=4, color=COLOURS[2], label="micro: contacts in both states (paper)")
-        upper.plot(alpha, data.w2_grains, ":", color=COLOURS[3], label=r"inertial term $\sum_p \delta f\cdot\delta x\,/\,V$")
+        upper.plot(
+            alpha,
+            data.w2_grains,
+            ":",
+            color=COLOURS[3],
+            label=r"inertial term $\sum_p \delta f\cdot\delta x\,/\,V$",
+        )
         upper.set_ylabel(r"$W_2$  [J/m$^3$]")
         upper.set_title(title)
         upper.legend(loc="best")
         largest = float(abs(data.w2_boundary).max())
         lower.plot(alpha, 100 * (data.w2_paper - data.w2_boundary) / largest, "x-", ms=4, lw=0.8, color=COLOURS[2],
                    label="paper's form")  # fmt: skip
-        lower.plot(alpha, 100 * (exact - data.w2_boundary) / largest, "o-", ms=3, lw=0.8, color=COLOURS[1], label="exact form")
+        lower.plot(
+            alpha,
+            100 * (exact - data.w2_boundary) / largest,
+            "o-",
+            ms=3,
+            lw=0.8,
+            color=COLOURS[1],
+            label="exact form",
+        )
         lower.set_ylabel("micro - macro\n[% of largest W$_2$]")
         lower.set_xlabel(r"direction of strain increment $\alpha$  [deg]")
         lower.set_xticks(range(0, 361, 60))

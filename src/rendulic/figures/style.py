@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
@@ -15,7 +16,7 @@ NEGATIVE = "#c1272d"
 # Okabe and Ito's colours, told apart by colour-blind readers; dark ones first
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
-RC = {
+RC: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.size": 9,
     "axes.edgecolor": INK,
@@ -34,6 +35,7 @@ RC = {
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
     "savefig.dpi": 200,
+    "savefig.bbox": "tight",
     "figure.constrained_layout.use": True,
 }
 

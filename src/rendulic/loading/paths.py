@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
-import numpy as np
-
 from rendulic.errors import InvalidInput
 from rendulic.loading.control import Control
 
@@ -22,7 +20,7 @@ class Until:
     Parameters
     ----------
     strain : float
-        Axial strain travelled along this path (absolute), always a bound.
+        Largest principal strain travelled along this path (absolute), always a bound.
     eta : float, optional
         Stress ratio q/p, reached from the side on which the path starts.
     peak : bool
@@ -105,7 +103,10 @@ def drained_triaxial(
 
 
 def constant_volume(
-    until_strain: float = 0.3, until_eta: float | None = None, until_peak: bool = False, extension: bool = False
+    until_strain: float = 0.3,
+    until_eta: float | None = None,
+    until_peak: bool = False,
+    extension: bool = False,
 ) -> Path:
     """Axisymmetric isochoric compression (undrained, saturated), exact kinematics without a servo."""
     sign = -1.0 if extension else 1.0
@@ -138,5 +139,3 @@ def proportional(
         strain_rate=(1.0, lateral, lateral),
         until=Until(until_strain, until_eta, until_peak),
     )
-
-

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from math import isfinite
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -95,12 +94,11 @@ def probe(
         raise InvalidInput(f"n_steps must be a positive whole number, got {n_steps!r}")
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers must be at least 1, got {workers!r}")
-    workers = workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else workers or 1
+    workers = workers or os.cpu_count() or 1
     increments = np.concatenate((np.zeros((1, 3)), directions.increments(float(norms[-1]))))
     marks = tuple((norms / norms[-1]).tolist())
     total_steps = round(n_steps * float(norms[-1] / norms[0]))
-    has_grains = isinstance(specimen, HasGrains)
-    before = specimen.snapshot() if has_grains else None
+    before = specimen.snapshot() if isinstance(specimen, HasGrains) else None
     sigma, eps = specimen.stress, specimen.strain
     finished, lock = 0, Lock()
 
@@ -114,8 +112,8 @@ def probe(
                 "d_sigma": np.diag(clone.stress - sigma),
                 "d_eps": np.diag(clone.strain - eps),
             }
-            if before is not None:
-                after = clone.snapshot()  # type: ignore[attr-defined]
+            if before is not None and isinstance(clone, HasGrains):
+                after = clone.snapshot()
                 reading["work"] = second_order_work(before, after)
                 reading["unbalanced_force"] = after.unbalanced_force
             readings.append(reading)
@@ -152,7 +150,11 @@ def _dataset(
     axes = ("norm", "alpha")
     variables: dict[str, Any] = {
         "d_eps": ((*axes, "component"), d_eps, {"long_name": "principal strain increment", "units": "1"}),
-        "d_sigma": ((*axes, "component"), d_sigma, {"long_name": "principal stress increment", "units": "Pa"}),
+        "d_sigma": (
+            (*axes, "component"),
+            d_sigma,
+            {"long_name": "principal stress increment", "units": "Pa"},
+        ),
         "d_sigma_null": (
             ("norm", "component"),
             drift[:, 0, :],
@@ -165,8 +167,16 @@ def _dataset(
         ),
     }
     coords: dict[str, Any] = {
-        "alpha": ("alpha", np.array(directions.alpha), {"long_name": f"direction of {kind} increment", "units": "degree"}),
-        "norm": ("norm", norms, {"long_name": f"norm of {kind} increment", "units": "1" if kind == "strain" else "Pa"}),
+        "alpha": (
+            "alpha",
+            np.array(directions.alpha),
+            {"long_name": f"direction of {kind} increment", "units": "degree"},
+        ),
+        "norm": (
+            "norm",
+            norms,
+            {"long_name": f"norm of {kind} increment", "units": "1" if kind == "strain" else "Pa"},
+        ),
         "component": ("component", [1, 2, 3], {"long_name": "principal axis, 1 axial"}),
     }
     if "work" in null[0]:

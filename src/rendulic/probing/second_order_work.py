@@ -88,7 +88,10 @@ def second_order_work(before: Snapshot, after: Snapshot) -> SecondOrderWork:
     n, volume = before.n_grains, before.volume
     moved = after.body_position - before.body_position
     terms = (after.resultant - before.resultant) * moved
-    per_grain, per_wall = terms[:n].sum(axis=1), -terms[n:].sum(axis=1)  # the outside pushes back on the walls
+    per_grain, per_wall = (
+        terms[:n].sum(axis=1),
+        -terms[n:].sum(axis=1),
+    )  # the outside pushes back on the walls
     contacts, grains, boundary = float(pairs.work.sum()), float(per_grain.sum()), float(per_wall.sum())
     scale = max(np.abs(pairs.work).sum(), np.abs(per_grain).sum(), np.abs(per_wall).sum())
     kept = pairs.persists

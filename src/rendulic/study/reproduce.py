@@ -7,15 +7,15 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from rendulic import figures
 from rendulic.dem.assembly import Assembly
+from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.dem.growth import pack
 from rendulic.dem.loading import bring_to_rest
-from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.errors import DidNotConverge, InvalidInput, one_of
 from rendulic.io.tables import read_dataset, write_dataset
 from rendulic.loading import directions, paths
@@ -64,8 +64,8 @@ def reproduce(
     """Prepare, shear, rest, probe and draw (paper, section 4).
 
     1. A packing at rest under isotropic pressure: `specimen.h5`.
-    2. Drained compression to each stress ratio; there it is held at constant strain, then at
-       constant stress, until at rest: `state_*.h5`, with the curve up to it.
+    2. Drained compression to each stress ratio; there it is paused, then held at constant stress,
+       until at rest: `state_*.h5`, with the curve up to it.
     3. The compression goes on to the final strain (only for Figs. 1 and 2).
     4. Probes of every state in all directions: `probes_*.nc`.
     5. Figures and the table.
@@ -167,7 +167,7 @@ def _state(study: GrainStudy, folder: Path, sample: Assembly, eta: float, progre
             f"{float(curve.eta.max()):.3f}): ask for smaller stress ratios or a larger strain"
         )
     rest = bring_to_rest(sample, "stress", speed, progress=progress)
-    curve.attrs |= {"rest": "constant strain, then constant stress", "crept": rest.crept.tolist()}
+    curve.attrs |= {"rest": "test paused, then constant stress", "crept": rest.crept.tolist()}
     sample.save().to_file(state_path)
     write_dataset(curve, curve_path)
     return curve
@@ -218,8 +218,16 @@ def _table(study: GrainStudy, folder: Path, curves: list[xr.Dataset], probes: li
         "eps_v": ("volumetric strain at rest", "1", [np.trace(sample.strain) for sample in samples]),
         "porosity": ("porosity", "1", [sample.porosity for sample in samples]),
         "n_contacts": ("closed contacts", "1", [sample.n_contacts for sample in samples]),
-        "unbalanced_force": ("unbalanced force at rest", "1", [unbalanced_force(sample) for sample in samples]),
-        "crept": ("axial strain crept while coming to rest", "1", [curve.attrs["crept"][0] for curve in curves]),
+        "unbalanced_force": (
+            "unbalanced force at rest",
+            "1",
+            [unbalanced_force(sample) for sample in samples],
+        ),
+        "crept": (
+            "axial strain crept while coming to rest",
+            "1",
+            [curve.attrs["crept"][0] for curve in curves],
+        ),
     }
     table = xr.Dataset({name: ("state", np.array(values), {"long_name": label, "units": unit})
                         for name, (label, unit, values) in columns.items()})  # fmt: skip
@@ -240,13 +248,22 @@ def _draw(
 ) -> dict[str, list[Path]]:
     states = table.swap_dims(state="record") if "state" in table.dims else table
     norm = study.probes.diagram_norm
-    drawn = [data.sel(norm=norm) for data in probes]
-    named = {f"$\\eta$ = {float(eta):.2f}": data for eta, data in zip(table.eta, drawn, strict=True)}
-    size = f"{study.specimen.n_grains} grains, strain probes of norm {norm:.0e}"
-    makers: dict[str, Callable[[], Figure]] = {
-        "fig1": lambda: figures.deviatoric_stress(curve, states),
-        "fig2": lambda: figures.volume_change(curve, states),
-        "fig3": lambda: figures.circular_diagram(named, size),
-        "fig4": lambda: figures.macro_micro(drawn[-1], f"$\\eta$ = {float(table.eta[-1]):.2f}, {size}"),
+    last = probes[-1].sel(norm=norm)
+    labels = [f"$\\eta$ = {float(eta):.2f}" for eta in table.eta]
+    grains = f"{study.specimen.n_grains} grains"
+    size = f"{grains}, strain probes of norm {norm:.0e}"
+    makers: dict[str, dict[str, Callable[[], Figure]]] = {
+        "fig1": {"fig1": lambda: figures.deviatoric_stress(cast("xr.Dataset", curve), states)},
+        "fig2": {"fig2": lambda: figures.volume_change(cast("xr.Dataset", curve), states)},
+        "fig3": {
+            "fig3": lambda: figures.circular_diagram(
+                {label: data.sel(norm=norm) for label, data in zip(labels, probes, strict=True)}, size
+            ),
+            "fig3_amplitudes": lambda: figures.circular_diagrams(dict(zip(labels, probes, strict=True)), grains),
+        },
+        "fig4": {"fig4": lambda: figures.macro_micro(last, f"{labels[-1]}, {size}")},
     }
-    return {name: figures.save(makers[name](), folder, name) for name in wanted}
+    return {
+        name: [path for file, make in makers[name].items() for path in figures.save(make(), folder, file)]
+        for name in wanted
+    }

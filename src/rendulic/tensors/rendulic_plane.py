@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["AXIAL_COMPRESSION", "ISOCHORIC_COMPRESSION", "ISOTROPIC_COMPRESSION", "direction_of", "increment_along"]
+__all__ = [
+    "AXIAL_COMPRESSION",
+    "ISOCHORIC_COMPRESSION",
+    "ISOTROPIC_COMPRESSION",
+    "direction_of",
+    "increment_along",
+]
 
 ISOTROPIC_COMPRESSION = float(np.degrees(np.arctan2(1.0, np.sqrt(2.0))))  # 35.26 deg
 AXIAL_COMPRESSION = 90.0  # at constant radius

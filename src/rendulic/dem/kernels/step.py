@@ -191,9 +191,15 @@ def solve_3x3(a, b, x):
     det = a[0, 0] * c0 + a[0, 1] * c1 + a[0, 2] * c2
     if det == 0.0:
         return False
-    x[0] = (b[0] * c0 + b[1] * (a[0, 2] * a[2, 1] - a[0, 1] * a[2, 2]) + b[2] * (a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1])) / det
-    x[1] = (b[0] * c1 + b[1] * (a[0, 0] * a[2, 2] - a[0, 2] * a[2, 0]) + b[2] * (a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2])) / det
-    x[2] = (b[0] * c2 + b[1] * (a[0, 1] * a[2, 0] - a[0, 0] * a[2, 1]) + b[2] * (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0])) / det
+    x[0] = (
+        b[0] * c0 + b[1] * (a[0, 2] * a[2, 1] - a[0, 1] * a[2, 2]) + b[2] * (a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1])
+    ) / det
+    x[1] = (
+        b[0] * c1 + b[1] * (a[0, 0] * a[2, 2] - a[0, 2] * a[2, 0]) + b[2] * (a[0, 2] * a[1, 0] - a[0, 0] * a[1, 2])
+    ) / det
+    x[2] = (
+        b[0] * c2 + b[1] * (a[0, 1] * a[2, 0] - a[0, 0] * a[2, 1]) + b[2] * (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0])
+    ) / det
     return True
 
 
@@ -245,8 +251,22 @@ def servo_rates(walls, drive, dt, matrix, right, rates):
         )
 
 
-def advance(n_steps, grains, contacts, walls, wall_contacts, drive, dt, damping, parameters, reference,
-            wall_reference, reach, spent, scratch):
+def advance(
+    n_steps,
+    grains,
+    contacts,
+    walls,
+    wall_contacts,
+    drive,
+    dt,
+    damping,
+    parameters,
+    reference,
+    wall_reference,
+    reach,
+    spent,
+    scratch,
+):
     """Make up to `n_steps` steps, in place.
 
     Returns

@@ -1,0 +1,82 @@
+"""Specimens that many tests share, and what tests want to say in the summary."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rendulic as rd
+from rendulic.dem.kernels.arrays import Drive
+
+# fast preparation: these specimens serve algebra and bookkeeping, not soil mechanics
+FAST = rd.dem.QuasiStatic(inertial_number=2e-4)
+
+_LINES = pytest.StashKey[list[str]]()
+
+
+def pytest_configure(config):
+    config.stash[_LINES] = []
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if config.stash[_LINES]:
+        terminalreporter.section("agreement with outside evidence")
+        for line in config.stash[_LINES]:
+            terminalreporter.write_line(line)
+
+
+@pytest.fixture(scope="session")
+def say(request):
+    """Write a line into the summary at the end of the test run."""
+    return request.config.stash[_LINES].append
+
+
+@pytest.fixture(scope="session")
+def fast():
+    """Preparation settings for small specimens."""
+    return FAST
+
+
+@pytest.fixture(scope="session")
+def packed_state():
+    """Two hundred grains at rest under 200 kPa."""
+    return rd.dem.pack(n_grains=200, radius=(6e-3, 12e-3), seed=3, speed=FAST).save()
+
+
+@pytest.fixture(scope="session")
+def sheared_state(packed_state):
+    """The same grains after 1 % of drained compression, at rest: sliding contacts and shear forces."""
+    sample = rd.dem.Assembly.from_state(packed_state)
+    sample.load(rd.paths.drained_triaxial(until_strain=0.01), speed=FAST)
+    rd.dem.bring_to_rest(sample, "stress", FAST)
+    return sample.save()
+
+
+@pytest.fixture
+def packed(packed_state):
+    """An assembly of one's own, in the packed state."""
+    return rd.dem.Assembly.from_state(packed_state)
+
+
+@pytest.fixture
+def sheared(sheared_state):
+    """An assembly of one's own, in the sheared state."""
+    return rd.dem.Assembly.from_state(sheared_state)
+
+
+@pytest.fixture(scope="session")
+def straining():
+    """Make a drive of given principal strain rates in 1/s, contraction positive."""
+
+    def make(rates=(0.0, 0.0, 0.0)) -> Drive:
+        return Drive(
+            inverse=np.eye(3),
+            conjugate=np.eye(3),
+            is_stress=np.zeros(3, dtype=bool),
+            rate=np.array(rates, dtype=float),
+            target=np.zeros(3),
+            target_rate=np.zeros(3),
+            rate_cap=np.array([1.0]),
+        )
+
+    return make
