@@ -144,7 +144,9 @@ np.savez(out, row=sample.grains.row, walls=sample.walls.position, force=sample.c
 def test_kernels_without_the_compiler(sheared_state, tmp_path):
     """Steps, servo, lists and insertion as plain Python give what the compiled code gives.
 
-    Within 1e-12 of the largest value: compiled code may fuse multiplications with additions.
+    Compiled code may fuse multiplications with additions. A force is a stiffness times a difference of
+    coordinates, so 7e6 N/m x 0.1 m x 1e-16 is 1e-12 of the largest force; the servo and a dozen
+    steps amplify that, up to a hundred times. Positions are held to 1e-14.
     """
     state = sheared_state.to_file(tmp_path / "state.h5")
     results = []
@@ -160,6 +162,7 @@ def test_kernels_without_the_compiler(sheared_state, tmp_path):
     for name in ("row", "force"):
         scale = np.abs(compiled[name]).max(axis=0)
         assert scale.min() > 0
-        assert (np.abs(plain[name] - compiled[name]) / scale).max() < 1e-12, name
+        assert (np.abs(plain[name] - compiled[name]) / scale).max() < 1e-10, name
+    assert_allclose(plain["row"][:, :3], compiled["row"][:, :3], rtol=1e-14)
     assert_allclose(plain["walls"], compiled["walls"], rtol=1e-14)
     assert_allclose(plain["spent"], compiled["spent"], rtol=1e-9)

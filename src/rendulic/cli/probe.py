@@ -47,7 +47,7 @@ def probe(
     figures.save(figures.circular_diagram(named, rf"$\eta$ = {sample.eta:.2f}"), output, "circular")
     for value in probes.norm.values:
         one = probes.sel(norm=value)
-        worst = one.isel(alpha=int(one.w2_normalised.argmin()))
+        worst = one.isel(alpha=int(one.w2_normalised.argmin("alpha")))
         typer.echo(
             f"norm {value:.1e}: smallest W2n {float(worst.w2_normalised):+.4f} at {float(worst.alpha):.0f} degrees "
             f"({'significant' if bool(worst.is_significant) else 'within the drift of the null probe'}), "

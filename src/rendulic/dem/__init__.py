@@ -4,7 +4,8 @@ from rendulic.dem.assembly import Assembly
 from rendulic.dem.equilibrium import Equilibrium
 from rendulic.dem.growth import pack
 from rendulic.dem.laws import ContactLaw, LinearFrictional
-from rendulic.dem.loading import QuasiStatic, Rest, bring_to_rest
+from rendulic.dem.quasi_static import QuasiStatic
+from rendulic.dem.rest import Rest, bring_to_rest
 
 __all__ = [
     "Assembly",

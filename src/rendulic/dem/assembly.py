@@ -6,13 +6,13 @@ from math import isfinite
 
 import numpy as np
 
-from rendulic.dem import equilibrium, loading
+from rendulic.dem import equilibrium, loading, saving
 from rendulic.dem.energy import energies, kinetic_energy
 from rendulic.dem.grains import finite_array, make_grains, morton_order, sphere_masses
 from rendulic.dem.kernels.arrays import Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
 from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.kernels.step import DAMPING
-from rendulic.dem.laws import LAWS, ContactLaw, LinearFrictional
+from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.neighbours import find_contacts
 from rendulic.dem.time_step import critical_time_step
 from rendulic.errors import InvalidInput, UnstableTimeStep
@@ -95,8 +95,8 @@ class Assembly:
         self.spent = np.zeros(3)
         self.strain_origin = self.lengths
         self.margin = 0.05 * float(self.grains.radius.mean())
-        self._steps_since_build = 0
-        self._growth_since_build = 0.0
+        self.steps_since_build = 0
+        self.growth_since_build = 0.0
         self._scratch = np.zeros((6, 3))
         self.contacts, self.wall_contacts = self._candidates(None)
         self._refuse_deep_overlaps()
@@ -222,12 +222,12 @@ class Assembly:
         parameters, dt = self.law.parameters, self.time_step
         left = n_steps
         while left > 0:
-            reach = 0.5 * self.margin - self._growth_since_build
+            reach = 0.5 * self.margin - self.growth_since_build
             done, complete = kernels.advance(
                 left, self.grains, self.contacts, self.walls, self.wall_contacts, drive, dt, damping, parameters,
-                self._reference, self._wall_reference, reach, self.spent, self._scratch,
+                self.list_origin, self.list_wall_origin, reach, self.spent, self._scratch,
             )  # fmt: skip
-            self._steps_since_build += done
+            self.steps_since_build += done
             left -= done
             if not complete:
                 self._rebuild()
@@ -259,8 +259,8 @@ class Assembly:
         largest = float(grains.radius.max())
         grains.radius[:] *= factor
         self.scale_masses(self.inertial_radius)
-        self._growth_since_build += max(factor - 1.0, 0.0) * largest
-        if self._growth_since_build >= 0.25 * self.margin:
+        self.growth_since_build += max(factor - 1.0, 0.0) * largest
+        if self.growth_since_build >= 0.25 * self.margin:
             self._rebuild()
 
     def set_tangential_forces(self, first: np.ndarray, second: np.ndarray, force: np.ndarray, age: float = 0.0) -> None:
@@ -319,18 +319,18 @@ class Assembly:
 
     def _candidates(self, contacts: Contacts | None) -> tuple[Contacts, WallContacts]:
         found = find_contacts(self.grains, self.walls, contacts, self.margin)
-        self._reference = self.grains.position.copy()
-        self._wall_reference = self.walls.position.copy()
-        self._steps_since_build = 0
-        self._growth_since_build = 0.0
+        self.list_origin = self.grains.position.copy()
+        self.list_wall_origin = self.walls.position.copy()
+        self.steps_since_build = 0
+        self.growth_since_build = 0.0
         return found
 
     def _rebuild(self) -> None:
         # rebuilding costs about 15 steps; a wide margin slows every step: aim at 150 to 1500 steps
         smallest, largest = 0.005 * self.grains.radius.mean(), 0.3 * self.grains.radius.mean()
-        if self._steps_since_build < 150:
+        if self.steps_since_build < 150:
             self.margin = float(min(1.5 * self.margin, largest))
-        elif self._steps_since_build > 1500:
+        elif self.steps_since_build > 1500:
             self.margin = float(max(0.75 * self.margin, smallest))
         self.contacts, self.wall_contacts = self._candidates(self.contacts)
         self.n_rebuilds += 1
@@ -378,19 +378,7 @@ class Assembly:
 
     def save(self) -> State:
         """Copy the whole state, so that `restore` continues bitwise as this one would."""
-        arrays: dict[str, np.ndarray] = {}
-        for group, value in (("grains", self.grains), ("contacts", self.contacts), ("walls", self.walls),
-                             ("wall_contacts", self.wall_contacts)):  # fmt: skip
-            for name, array in value._asdict().items():
-                arrays[f"{group}/{name}"] = array.copy()
-        arrays["list/reference"] = self._reference.copy()
-        arrays["list/wall_reference"] = self._wall_reference.copy()
-        arrays["spent"] = self.spent.copy()
-        arrays["strain_origin"] = self.strain_origin.copy()
-        law_name = type(self.law).__name__
-        numbers = {name: getattr(self, name) for name in _NUMBERS}
-        law_fields = {name: getattr(self.law, name) for name in getattr(self.law, "__dataclass_fields__", {})}
-        return State("Assembly", arrays, {"law": law_name, "law_fields": law_fields, **numbers})
+        return saving.state_of(self)
 
     def restore(self, state: State) -> None:
         """Return to a saved state, in place, exactly.
@@ -399,46 +387,15 @@ class Assembly:
         ------
         InvalidInput
             If the state is of another kind of specimen, or of another contact law.
+        CorruptFile
+            If something is missing in it.
         """
-        state.expect_kind("Assembly")
-        law = _law_of(state, self.law)
-        groups: dict[str, dict[str, np.ndarray]] = {}
-        for name, array in state.arrays.items():
-            group, _, field = name.rpartition("/")
-            groups.setdefault(group, {})[field] = array.copy()
-        self.law = law
-        kept = groups["grains"]
-        self.grains = Grains(aligned_rows(kept["row"]), kept["mass"], kept["inertia"])
-        self.contacts = Contacts(**groups["contacts"])
-        self.walls = Walls(**groups["walls"])
-        self.wall_contacts = WallContacts(**groups["wall_contacts"])
-        self._reference, self._wall_reference = groups["list"]["reference"], groups["list"]["wall_reference"]
-        self.spent, self.strain_origin = groups[""]["spent"], groups[""]["strain_origin"]
-        self._scratch = np.zeros((6, 3))
-        for name in _NUMBERS:
-            setattr(self, name, state.attributes[name])
+        saving.restore(self, state)
 
     @classmethod
     def from_state(cls, state: State, law: ContactLaw | None = None) -> Assembly:
         """Make an assembly of a saved state; `law` is needed for a law that is not rendulic's own."""
         assembly = cls.__new__(cls)
-        assembly.law = _law_of(state, law)
+        assembly.law = saving.law_of(state, law)
         assembly.restore(state)
         return assembly
-
-
-_NUMBERS = (
-    "density", "damping", "inertial_radius", "time_step_fraction", "time_step", "time", "n_steps", "n_rebuilds", "margin",
-    "_steps_since_build", "_growth_since_build",
-)  # fmt: skip
-
-
-def _law_of(state: State, given: ContactLaw | None) -> ContactLaw:
-    name, fields = state.attributes.get("law"), state.attributes.get("law_fields", {})
-    if name in LAWS:
-        return LAWS[name](**fields)
-    if given is not None and type(given).__name__ == name:
-        return given
-    raise InvalidInput(
-        f"the state was saved with the contact law '{name}': pass that law to from_state(state, law=...)"
-    )

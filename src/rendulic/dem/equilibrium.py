@@ -12,7 +12,11 @@ from rendulic.dem.energy import elastic_energy, kinetic_energy
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly
 
-__all__ = ["Equilibrium", "assess", "unbalanced_force"]
+__all__ = ["KINETIC_TOLERANCE", "TOLERANCE", "Equilibrium", "assess", "unbalanced_force"]
+
+
+# loose packings at 1e-4 may still be on their way to collapse; at 1e-6 the null probe drifts by pascals
+TOLERANCE, KINETIC_TOLERANCE = 1e-6, 1e-8
 
 
 @dataclass(frozen=True)
@@ -31,8 +35,8 @@ class Equilibrium:
 
     unbalanced_force: float
     kinetic_ratio: float
-    tolerance: float = 1e-4
-    kinetic_tolerance: float = 1e-6
+    tolerance: float = TOLERANCE
+    kinetic_tolerance: float = KINETIC_TOLERANCE
 
     @property
     def reached(self) -> bool:
@@ -59,7 +63,9 @@ def unbalanced_force(assembly: Assembly) -> float:
     return float(np.linalg.norm(assembly.grains.force, axis=1).mean() * n_contacts / total)
 
 
-def assess(assembly: Assembly, tolerance: float = 1e-4, kinetic_tolerance: float = 1e-6) -> Equilibrium:
+def assess(
+    assembly: Assembly, tolerance: float = TOLERANCE, kinetic_tolerance: float = KINETIC_TOLERANCE
+) -> Equilibrium:
     """Return the `Equilibrium` of the present state."""
     stored = elastic_energy(assembly)
     ratio = kinetic_energy(assembly) / stored if stored > 0.0 else float("inf")

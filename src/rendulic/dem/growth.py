@@ -12,15 +12,9 @@ from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.dem.grains import finite_array
 from rendulic.dem.kernels.insertion import insert_spheres
 from rendulic.dem.laws import ContactLaw, LinearFrictional
-from rendulic.dem.loading import (
-    STEPS_PER_LOOK,
-    QuasiStatic,
-    bring_to_rest,
-    drive_for,
-    hold,
-    scaled_inertia,
-    strain_rate_of,
-)
+from rendulic.dem.quasi_static import STEPS_PER_LOOK, QuasiStatic, scaled_inertia, strain_rate_of
+from rendulic.dem.rest import bring_to_rest
+from rendulic.dem.servo import drive_for, hold
 from rendulic.errors import DidNotConverge, InvalidInput
 from rendulic.progress import Progress, silent
 
@@ -145,7 +139,7 @@ def _grow(assembly: Assembly, final: float, pressure: float, speed: QuasiStatic,
     drive = walls_fixed
     # radii grow as the loading strains: by the inertial number at the pressure aimed at
     gentle = strain_rate_of(assembly, 5 * speed.inertial_number, pressure)
-    rate, looks = 100.0 * gentle, 0
+    rate = 100.0 * gentle
     assembly.set_time_step()
     while factor < final:
         for _ in range(STEPS_PER_LOOK // STEPS_PER_GROWTH):
@@ -153,9 +147,7 @@ def _grow(assembly: Assembly, final: float, pressure: float, speed: QuasiStatic,
             factor *= growth
             assembly.scale_radii(growth)
             assembly.advance(STEPS_PER_GROWTH, drive, speed.damping)
-        looks += 1
-        if looks % 5 == 0:
-            assembly.set_time_step()
+        assembly.set_time_step()
         carried = float(np.trace(assembly.stress)) / 3.0
         if not held and carried >= pressure:
             held = True

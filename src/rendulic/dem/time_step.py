@@ -15,8 +15,8 @@ __all__ = ["critical_time_step"]
 def critical_time_step(assembly: Assembly) -> float:
     """Smallest `2 sqrt(m / sum k_n)` over the grains, in s (theory, section 2).
 
-    The sum runs over the closed contacts of a grain, walls included. A packing that nothing touches
-    gets the value of its stiffest possible pair.
+    The sum runs over the closed contacts of a grain, walls included, and is at least the stiffness of
+    one contact with the largest grain: a free grain may be hit before the next look.
 
     Notes
     -----
@@ -34,7 +34,7 @@ def critical_time_step(assembly: Assembly) -> float:
     touching = walls.force > 0
     grain = walls.grain[touching]
     np.add.at(stiffness, grain, assembly.law.wall_stiffness(grains.radius[grain], parameters))
-    # a grain that is free now may be hit within the step: one contact with its like is the least
-    alone, _ = assembly.law.stiffness(grains.radius, grains.radius, parameters)
-    stiffness = np.maximum(stiffness, alone)
+    # a grain that is free now may be hit any time: one contact with the largest grain is the least
+    hit, _ = assembly.law.stiffness(grains.radius, grains.radius.max(), parameters)
+    stiffness = np.maximum(stiffness, hit)
     return float(2.0 * np.sqrt((grains.mass / stiffness).min()))

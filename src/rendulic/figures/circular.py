@@ -64,7 +64,7 @@ def circular_diagrams(probes: Mapping[str, xr.Dataset], title: str = "") -> Figu
         for axes, norm in zip(row, norms, strict=True):
             _draw(axes, {label: data.sel(norm=norm) for label, data in probes.items()})
             axes.set_title(rf"$\|d\varepsilon\|$ = {norm:.0e}")
-        row[-1].legend(loc="upper left", bbox_to_anchor=(0.97, 1.0))
+        row[-1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
         figure.suptitle(title, x=0.02, ha="left")
     return figure
 
@@ -86,7 +86,7 @@ def _draw(axes: Axes, probes: Mapping[str, xr.Dataset]) -> None:
         axes.annotate(label, (1.03 * x, 1.03 * y), fontsize=7, color="#777777", ha=side)
     axes.plot([-full, full], [0, 0], color=INK, lw=0.5)
     axes.plot([0, 0], [-full, full], color=INK, lw=0.5)
-    axes.annotate(r"$\sqrt{2}\,d\varepsilon_3$", (0.72 * full, -0.16), fontsize=7, color="#777777")
+    axes.annotate(r"$\sqrt{2}\,d\varepsilon_3$", (1.03 * full, -0.03), fontsize=7, color="#777777")
     for colour, (label, data) in zip(sequence(len(probes)), probes.items(), strict=True):
         order = np.argsort(data.alpha.values)
         alpha = np.radians(data.alpha.values[order])

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from rendulic.dem.laws import LinearFrictional
-from rendulic.dem.loading import QuasiStatic
+from rendulic.dem.quasi_static import QuasiStatic
 from rendulic.errors import InvalidInput, one_of
 
 __all__ = ["PRESETS", "GrainStudy", "preset"]
@@ -51,7 +51,7 @@ class Contact(Section):
 
 
 class Loading(Section):
-    """How the test is run; see `dem.loading.QuasiStatic`."""
+    """How the test is run; see `dem.quasi_static.QuasiStatic`."""
 
     inertial_number: Positive = 2e-5
     unbalanced_limit: Positive = 5e-3

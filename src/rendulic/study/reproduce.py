@@ -15,7 +15,7 @@ from rendulic import figures
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.dem.growth import pack
-from rendulic.dem.loading import bring_to_rest
+from rendulic.dem.rest import bring_to_rest
 from rendulic.errors import DidNotConverge, InvalidInput, one_of
 from rendulic.io.tables import read_dataset, write_dataset
 from rendulic.loading import directions, paths
