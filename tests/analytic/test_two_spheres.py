@@ -60,7 +60,13 @@ def test_collision_with_a_wall(straining):
     """A grain leaves a fixed wall after `pi sqrt(m / 2 K R)`, as fast as it came."""
     law = rd.dem.LinearFrictional(K)
     sample = rd.dem.Assembly(
-        [[0.5, 0.01 + 1e-9, 0.5]], [0.01], BOX, law=law, damping=0.0, velocity=[[0.0, -0.3, 0.0]], time_step_fraction=0.003
+        [[0.5, 0.01 + 1e-9, 0.5]],
+        [0.01],
+        BOX,
+        law=law,
+        damping=0.0,
+        velocity=[[0.0, -0.3, 0.0]],
+        time_step_fraction=0.003,
     )
     half_period = pi * sqrt(mass(0.01) / (2 * K * 0.01))
     touching = 0
@@ -78,10 +84,9 @@ def test_damping_takes_its_share_of_the_velocity(straining):
     by 1 - lambda. From `v^2 = (1 + l) k u^2 / m` in and `(1 - l) k u^2 / m` out.
     """
     damping = 0.3
-    sample, normal = pair(0.01, 0.01, -1e-9, time_step_fraction=0.002)
     # along an axis, since damping acts by component
     sample = rd.dem.Assembly(
-        [[0.5, 0.5, 0.5], [0.52 + 1e-9, 0.5, 0.5]], [0.01, 0.01], BOX, law=sample.law, damping=damping,
+        [[0.5, 0.5, 0.5], [0.52 + 1e-9, 0.5, 0.5]], [0.01, 0.01], BOX, law=rd.dem.LinearFrictional(K), damping=damping,
         velocity=[[0.1, 0, 0], [-0.1, 0, 0]], time_step_fraction=0.002,
     )  # fmt: skip
     while sample.grains.velocity[0, 0] > 0 or sample.n_contacts:

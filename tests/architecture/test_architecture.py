@@ -105,7 +105,9 @@ def test_imports_run_downward(path):
 @pytest.mark.parametrize("library", ONLY_IN)
 def test_libraries_stay_where_they_belong(library):
     """Drawing, command line, validation, files and compiler each have one place, and are used there."""
-    users = {path.relative_to(SOURCE).as_posix() for path in FILES if library in {m.split(".")[0] for m in imports(path)}}
+    users = {
+        path.relative_to(SOURCE).as_posix() for path in FILES if library in {m.split(".")[0] for m in imports(path)}
+    }
     allowed = ONLY_IN[library]
     assert users
     assert {user for user in users if not any(user == a or user.startswith(f"{a}/") for a in allowed)} == set()
@@ -117,10 +119,18 @@ def test_no_file_does_what_a_library_must_not(path):
     text = path.read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 500
     called = {
-        node.func.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+        node.func.id
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
     }
     assert called & {"print", "eval", "exec", "__import__", "input"} == set()
-    assert {module.split(".")[0] for module in imports(path)} & {"pickle", "marshal", "shelve", "dill", "joblib"} == set()
+    assert {module.split(".")[0] for module in imports(path)} & {
+        "pickle",
+        "marshal",
+        "shelve",
+        "dill",
+        "joblib",
+    } == set()
 
 
 def test_numpy_files_never_unpickle():

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
-from naive import different_arrays
 
 import rendulic as rd
+from naive import different_arrays
 
 LIVELY = (30.0, -20.0, 0.0)  # strain rates in 1/s that move grains far enough for new neighbour lists
 

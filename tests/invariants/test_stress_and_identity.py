@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from naive import different_arrays
 from numpy.testing import assert_allclose
 
 import rendulic as rd
+from naive import different_arrays
 
 
 def inertial_stress(snapshot):

@@ -6,11 +6,11 @@ import os
 import subprocess
 import sys
 
-import naive
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import naive
 import rendulic as rd
 from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.kernels.step import BOUNDARY
@@ -53,7 +53,9 @@ def assert_forces_equal(sample, expected):
     # overlaps are a hundredth of coordinates: eps times 100, and sums of a dozen terms
     close = {"rtol": 0, "atol": 1e-13 * size}
     assert set(tangential(sample)) == set(contacts)
-    for i, j, held in zip(sample.contacts.first.tolist(), sample.contacts.second.tolist(), sample.contacts.force, strict=True):
+    for i, j, held in zip(
+        sample.contacts.first.tolist(), sample.contacts.second.tolist(), sample.contacts.force, strict=True
+    ):
         f_n, f_t = contacts.get((i, j), (0.0, np.zeros(3)))
         assert_allclose(held, [f_n, *f_t], **close, err_msg=f"contact {i}, {j}")
     assert_allclose(sample.grains.force, force, rtol=0, atol=1e-12 * size)
@@ -82,7 +84,9 @@ def test_contact_forces_are_those_of_the_theory(rule, friction, seed):
 def naive_step(sample, old, walls, rates, dt, damping):
     """One leapfrog step in NumPy: grains, walls, forces; returns what `naive.forces` returns."""
     grains = sample.grains
-    grains.velocity[:] += dt * naive.damped(grains.force, grains.velocity, grains.mass[:, None], dt, damping) / grains.mass[:, None]
+    grains.velocity[:] += (
+        dt * naive.damped(grains.force, grains.velocity, grains.mass[:, None], dt, damping) / grains.mass[:, None]
+    )
     spin, inertia = grains.angular_velocity, grains.inertia[:, None]
     spin[:] += dt * naive.damped(grains.torque, spin, inertia, dt, damping) / inertia
     grains.position[:] += dt * grains.velocity

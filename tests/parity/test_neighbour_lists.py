@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from naive import near_pairs, near_walls
 
 import rendulic as rd
+from naive import near_pairs, near_walls
 from rendulic.dem.grains import make_grains
 from rendulic.dem.kernels.arrays import Contacts, Walls
 from rendulic.dem.neighbours import find_contacts

@@ -114,6 +114,7 @@ def test_love_weber_stress_is_the_wall_stress(yade_forces, raw):
     assert_allclose(love_weber - inertial, raw["wallstress"], rtol=1e-12)
 
 
+@pytest.mark.long
 def test_stress_increments_of_all_probes(own_probes, table, say):
     """Within 1 % of the largest stress increment, every component in all 36 directions.
 
@@ -133,6 +134,7 @@ def test_stress_increments_of_all_probes(own_probes, table, say):
     assert median < 0.1
 
 
+@pytest.mark.long
 def test_grain_displacements_of_the_probes(own_probes, table, say):
     """The median grain moves as in Yade within 1 % of its displacement in each of twelve probes.
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -45,15 +46,19 @@ def reproduce(
         )
     console = Console()
     console.print(_summary(result.table))
-    for norm_table in _amplitudes(result.table):
-        console.print(norm_table)
+    console.print(_amplitudes(result.table))
     for name, files in result.figures.items():
         console.print(f"{name}: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True)
 
 
 def _summary(table: xr.Dataset) -> Table:
     """The states: what they are and how they came to rest."""
-    shown = Table(title="Probed states", caption="crept: axial strain moved while coming to rest at constant stress")
+    shown = Table(
+        title="Probed states",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        caption="unbal.: unbalanced force; crept: axial strain while coming to rest at constant stress",
+    )
     for heading in (
         "eta",
         "q [kPa]",
@@ -71,14 +76,16 @@ def _summary(table: xr.Dataset) -> Table:
         shown.add_row(
             f"{row['eta']:.3f}", f"{row['q'] / 1e3:.1f}", f"{row['p'] / 1e3:.1f}", f"{100 * row['eps_1']:.3f}",
             f"{100 * row['eps_v']:.3f}", f"{row['porosity']:.4f}", f"{row['n_contacts']:.0f}",
-            f"{row['unbalanced_force']:.1e}", f"{row['crept']:.1e}",
+            f"{row['unbalanced_force']:.1e}", f"{row['crept']:.0e}",
         )  # fmt: skip
     return shown
 
 
-def _amplitudes(table: xr.Dataset) -> list[Table]:
+def _amplitudes(table: xr.Dataset) -> Table:
     """Smallest W2n of every state and norm, its direction, and the identity residual."""
     shown = Table(
+        box=SIMPLE_HEAD,
+        pad_edge=False,
         title="Smallest normalised second-order work (direction in degrees)",
         caption="(?): not larger than the drift of the null probe. Largest identity residual "
         f"{float(table.largest_identity_residual.max()):.0e}",
@@ -94,4 +101,4 @@ def _amplitudes(table: xr.Dataset) -> list[Table]:
             text = f"{float(row.smallest_w2n):+.3f} ({float(row.smallest_w2n_alpha):.0f}){doubt}"
             cells.append(f"[red]{text}[/red]" if float(row.smallest_w2n) < 0 and not doubt else text)
         shown.add_row(f"{float(table.eta[k]):.3f}", *cells)
-    return [shown]
+    return shown

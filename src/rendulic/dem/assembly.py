@@ -238,6 +238,12 @@ class Assembly:
         self.n_steps += n_steps
         self.time += n_steps * dt
 
+    def tighten_list(self) -> None:
+        """Rebuild the neighbour list with a narrow margin, for small motions; it widens again if need be."""
+        self.margin = 0.02 * float(self.grains.radius.mean())
+        self.contacts, self.wall_contacts = self._candidates(self.contacts)
+        self._compute_forces()
+
     def scale_masses(self, inertial_radius: float) -> None:
         """Give grains smaller than `inertial_radius` [m] more mass; 0 restores the true masses.
 
@@ -246,12 +252,12 @@ class Assembly:
         """
         if not (isfinite(inertial_radius) and inertial_radius >= 0.0):
             raise InvalidInput(f"inertial_radius must be zero or a positive length, got {inertial_radius!r}")
-        before = kinetic_energy(self)
+        before = sum(kinetic_energy(self))
         self.inertial_radius = float(inertial_radius)
         mass, inertia = sphere_masses(self.grains.radius.copy(), self.density, self.inertial_radius)
         self.grains.mass[:] = mass
         self.grains.inertia[:] = inertia
-        self.spent[DAMPING] += before - kinetic_energy(self)
+        self.spent[DAMPING] += before - sum(kinetic_energy(self))
 
     def scale_radii(self, factor: float) -> None:
         """Multiply all radii by `factor`, masses following; forces are recomputed at the next step."""
@@ -280,25 +286,30 @@ class Assembly:
                 self.contacts.force[c, 1:] = value
         self._compute_forces(age)
 
-    def calm_free_motion(self) -> None:
-        """Take the energy of motions that nothing resists, in place.
+    def stop_rattlers(self) -> None:
+        """Stop the grains with fewer than two contacts, in place.
 
-        Damping acts on forces, so a grain in free flight never comes to rest, nor does the spin of
-        grains that turn on each other like gears along a frictionless wall. Grains with fewer than
-        two contacts lose their velocity and spin, all others half their spin; the kinetic energy
-        taken is booked as damping. For bringing to rest only.
+        Damping acts on forces, so a grain in free flight would never come to rest. The kinetic
+        energy taken is booked as damping.
         """
-        grains, closed = self.grains, self.contacts.force[:, 0] > 0
+        closed = self.contacts.force[:, 0] > 0
         touching = (
             self.contacts.first[closed], self.contacts.second[closed],
             self.wall_contacts.grain[self.wall_contacts.force > 0],
         )  # fmt: skip
-        n_contacts = np.bincount(np.concatenate(touching), minlength=len(self))
-        before = kinetic_energy(self)
-        grains.angular_velocity[:] *= 0.5
-        grains.velocity[n_contacts < 2] = 0.0
-        grains.angular_velocity[n_contacts < 2] = 0.0
-        self.spent[DAMPING] += before - kinetic_energy(self)
+        free = np.bincount(np.concatenate(touching), minlength=len(self)) < 2
+        before = sum(kinetic_energy(self))
+        self.grains.velocity[free] = 0.0
+        self.grains.angular_velocity[free] = 0.0
+        self.spent[DAMPING] += before - sum(kinetic_energy(self))
+
+    def stop_spins(self) -> None:
+        """Stop all rotation, in place; the kinetic energy taken is booked as damping.
+
+        Grains that turn on each other like gears along a frictionless wall meet no resistance.
+        """
+        self.spent[DAMPING] += kinetic_energy(self)[1]
+        self.grains.angular_velocity[:] = 0.0
 
     def sort_grains(self) -> None:
         """Renumber the grains along a space-filling curve; the mechanics does not change."""

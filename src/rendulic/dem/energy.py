@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 __all__ = ["elastic_energy", "energies", "kinetic_energy"]
 
 
-def kinetic_energy(assembly: Assembly) -> float:
-    """Translational and rotational kinetic energy in J, of the last half step."""
+def kinetic_energy(assembly: Assembly) -> tuple[float, float]:
+    """Kinetic energy of translation and of rotation in J, of the last half step."""
     grains = assembly.grains
-    return 0.5 * float(
-        grains.mass @ (grains.velocity**2).sum(axis=1) + grains.inertia @ (grains.angular_velocity**2).sum(axis=1)
+    return (
+        0.5 * float(grains.mass @ (grains.velocity**2).sum(axis=1)),
+        0.5 * float(grains.inertia @ (grains.angular_velocity**2).sum(axis=1)),
     )
 
 
@@ -45,7 +46,7 @@ def energies(assembly: Assembly) -> dict[str, float]:
         is the error of the integration, which shrinks with the time step.
     """
     return {
-        "kinetic": kinetic_energy(assembly),
+        "kinetic": sum(kinetic_energy(assembly)),
         "elastic": elastic_energy(assembly),
         "friction": float(assembly.spent[FRICTION]),
         "damping": float(assembly.spent[DAMPING]),

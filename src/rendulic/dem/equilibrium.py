@@ -28,7 +28,8 @@ class Equilibrium:
     unbalanced_force : float
         Mean resultant on a grain over mean contact force.
     kinetic_ratio : float
-        Kinetic over elastic energy.
+        Kinetic energy of translation over elastic energy. Spins are left out: along frictionless walls
+        grains can turn on each other like gears for ever, and load nothing.
     tolerance, kinetic_tolerance : float
         What each must not exceed.
     """
@@ -68,5 +69,5 @@ def assess(
 ) -> Equilibrium:
     """Return the `Equilibrium` of the present state."""
     stored = elastic_energy(assembly)
-    ratio = kinetic_energy(assembly) / stored if stored > 0.0 else float("inf")
+    ratio = kinetic_energy(assembly)[0] / stored if stored > 0.0 else float("inf")
     return Equilibrium(unbalanced_force(assembly), ratio, tolerance, kinetic_tolerance)

@@ -74,7 +74,8 @@ def make_grains(position, radius, density: float, velocity=None, angular_velocit
 
 def morton_order(position: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Order of grains along a Z-curve, so that neighbours in space are near in memory."""
-    scaled = np.clip((position - low) / (high - low), 0.0, 1.0 - 1e-12)
+    # cubic cells, whatever the box: stretched ones would set neighbours far apart in memory
+    scaled = np.clip((position - low) / (high - low).max(), 0.0, 1.0 - 1e-12)
     cells = (scaled * 1024).astype(np.uint64)
     code = np.zeros(len(position), np.uint64)
     for bit in range(10):

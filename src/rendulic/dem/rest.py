@@ -91,15 +91,18 @@ def bring_to_rest(
     with scaled_inertia(assembly, speed):
         while calm < 3 and done < speed.max_rest_steps:
             assembly.advance(STEPS_PER_LOOK, drive, speed.damping)
-            assembly.calm_free_motion()
+            assembly.stop_rattlers()
             done += STEPS_PER_LOOK
             verdict = assess(assembly, speed.tolerance, speed.kinetic_tolerance)
             calm = calm + 1 if verdict.reached and on_target() else 0
+            if calm == 1:
+                assembly.stop_spins()
             progress(
                 done,
                 speed.max_rest_steps,
                 f"rest, {name}: unbalanced {verdict.unbalanced_force:.1e}, kinetic {verdict.kinetic_ratio:.1e}",
             )
+    assembly.tighten_list()
     if calm < 3 and strict:
         raise NotEquilibrated(
             f"no equilibrium ({name}) after {done} steps ({verdict}): allow more steps "
