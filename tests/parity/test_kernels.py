@@ -161,8 +161,9 @@ def test_kernels_without_the_compiler(sheared_state, tmp_path):
         with np.load(out) as archive:
             results.append({name: archive[name] for name in archive.files})
     compiled, plain = results
-    for name in ("first", "second", "placed"):
+    for name in ("first", "second"):
         np.testing.assert_array_equal(plain[name], compiled[name])
+    assert_allclose(plain["placed"], compiled["placed"], rtol=0, atol=4e-16)
     for name in ("row", "force"):
         scale = np.abs(compiled[name]).max(axis=0)
         assert scale.min() > 0

@@ -41,7 +41,7 @@ def energies(assembly: Assembly) -> dict[str, float]:
     -------
     dict
         `kinetic` and `elastic` are of the present state; `friction`, `damping` and `boundary`
-        (work of the walls on the grains) are counted since the assembly was made. Between two
+        (work of the walls on the grains) are counted since the assembly was made or packed. Between two
         states `boundary = kinetic + elastic + friction + damping` in differences; what is missing
         is the error of the integration, which shrinks with the time step.
     """

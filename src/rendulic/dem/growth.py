@@ -22,6 +22,7 @@ __all__ = ["pack"]
 
 LOOSE_FRACTION = 0.25  # solid fraction of the random places from which growth starts
 STEPS_PER_GROWTH = 10
+LARGEST_OVERLAP = 0.02  # of a diameter, for the mean force p d^2 on the mean grain
 
 
 def pack(
@@ -68,7 +69,7 @@ def pack(
     Raises
     ------
     InvalidInput
-        For numbers that make no packing.
+        For numbers that make no packing, or a pressure that would press the grains flat.
     DidNotConverge
         If the pressure or the porosity cannot be reached; the message says how far it came.
     """
@@ -77,6 +78,7 @@ def pack(
     radii = _draw_radii(n_grains, radius, seed)
     if not (isfinite(pressure) and pressure > 0.0):
         raise InvalidInput(f"pressure must be a positive number in Pa, got {pressure!r}")
+    _refuse_crushing(pressure, radii, law)
     if porosity is not None and not 0.2 < porosity < 0.6:
         raise InvalidInput(f"a target porosity must lie between 0.2 and 0.6, got {porosity!r}")
     growth_friction = law.friction if growth_friction is None else growth_friction
@@ -105,6 +107,7 @@ def pack(
         assembly.set_time_step()
         bring_to_rest(assembly, "stress", speed, (pressure,) * 3, progress)
     assembly.reset_strain()
+    assembly.spent[:] = 0.0  # growing radii do work that no wall does: balances start here
     return assembly
 
 
@@ -123,6 +126,18 @@ def _draw_radii(n_grains: int | None, radius, seed: int) -> np.ndarray:
         raise InvalidInput(f"radius must be (smallest, largest) when n_grains is given, got {values.tolist()}")
     drawn = np.random.default_rng(seed).uniform(values[0], values[1], int(n_grains))
     return np.sort(drawn)[::-1].copy()
+
+
+def _refuse_crushing(pressure: float, radii: np.ndarray, law: ContactLaw) -> None:
+    """Contacts are points in this mechanics: refuse pressures that would press grains flat."""
+    mean = float(radii.mean())
+    stiffness, _ = law.stiffness(mean, mean, law.parameters)
+    largest = LARGEST_OVERLAP * stiffness / (2.0 * mean)
+    if pressure > largest:
+        raise InvalidInput(
+            f"a pressure of {pressure:.4g} Pa is unreachable with contacts this soft: mean overlaps would exceed "
+            f"{LARGEST_OVERLAP:.0%} of a diameter; at most {largest:.4g} Pa, or stiffen the contacts"
+        )
 
 
 def _with_friction(law: ContactLaw, friction: float) -> ContactLaw:
