@@ -101,7 +101,7 @@ class State:
                 file["arrays"].visititems(collect)
                 kind, expected = str(file.attrs["kind"]), str(file.attrs["checksum"])
                 state = cls(kind, arrays, json.loads(file.attrs["attributes"]))
-        except (OSError, KeyError, ValueError, RuntimeError) as error:
+        except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
             raise CorruptFile(f"{path} is not a readable rendulic state (truncated or foreign): {error}") from None
         if state.checksum != expected:
             raise CorruptFile(f"{path} has been altered: its content does not match its checksum; write it again")

@@ -25,6 +25,8 @@ def whole_file(path: str | os.PathLike) -> Iterator[Path]:
         If the folder cannot be made or written to.
     """
     path = Path(path)
+    if path.exists() and not path.is_file():
+        raise InvalidInput(f"cannot write {path}: it exists and is not a regular file; choose another name")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=f".part{path.suffix}", dir=path.parent)

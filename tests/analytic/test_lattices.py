@@ -114,10 +114,6 @@ def test_face_centred_packing_fails_where_thornton_says(friction):
     assert between_layers.sum() + snapshot.is_wall.sum() == sample.n_contacts  # none left within a layer
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="`1 - exp(-rate dt)` loses eight digits of the strain of a step: up to 6e-9 of the increment (expm1 keeps them)",
-)
 def test_imposed_strain_is_exact():
     """Strain probes are kinematics: the strain asked for is reached to the rounding of the walls' coordinates.
 

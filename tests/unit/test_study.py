@@ -52,8 +52,7 @@ def test_changes_replace_values():
         ({"loading": {"eta": [0.4, 0.3]}}, "increasing numbers between 0 and 3"),
         ({"probes": {"norms": [2e-4, 1e-4]}}, "norms must be increasing"),
         ({"probes": {"diagram_norm": 3e-5}}, "diagram_norm 3e-05 must be one of the norms"),
-        pytest.param({"probes": {"step_deg": 7}}, "360", marks=pytest.mark.xfail(
-            strict=True, reason="directions that do not divide the circle are refused only after preparing and shearing")),
+        pytest.param({"probes": {"step_deg": 7}}, "360"),
     ],
 )  # fmt: skip
 def test_studies_refuse(changes, words):

@@ -77,7 +77,6 @@ class PlainHertz(Hertz):
         return 4.0 / 3.0 * parameters[0] * sqrt(radius_1 * radius_2 / (radius_1 + radius_2)), parameters[1]
 
 
-@pytest.mark.xfail(strict=True, raises=TypeError, reason="time step and energy call the law's functions with arrays")
 def test_functions_of_plain_numbers_are_enough():
     """`ContactLaw` promises that functions of plain numbers will do; math.sqrt is one."""
     assert_allclose(pair(1e-5, PlainHertz()).snapshot().force_n, pair(1e-5, Hertz()).snapshot().force_n)
@@ -119,9 +118,6 @@ def test_it_saves_and_restores(tmp_path, straining):
     assert different_arrays(sample.save(), twin.save()) == []
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a law of the same name with other numbers than the saved ones is taken without a word"
-)
 def test_a_law_with_other_numbers_is_not_the_saved_one(straining):
     """The state carries the law's fields; a law that differs in them continues another specimen."""
     state = pair(1e-5, Hertz(modulus=9e8)).save()
@@ -153,10 +149,6 @@ def amplified(factor):
     return Amplified()
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="the compiled code on disk is named after the source alone: captured and global numbers are stale",
-)
 def test_captured_numbers_are_those_of_the_law():
     """Two laws of one source that captured different numbers give different forces, or are refused."""
     forces = [pair(1e-5, amplified(factor)).snapshot().force_n[0] for factor in (1.0, 2.0)]

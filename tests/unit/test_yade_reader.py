@@ -129,9 +129,6 @@ def test_truncated_archives_are_refused(write, share):
             read(path)
 
 
-@pytest.mark.xfail(
-    strict=True, raises=TypeError, reason="`with np.load(...)` of a .npy file fails before its own check"
-)
 def test_a_bare_array_is_no_state(tmp_path):
     """A .npy file is told from an archive."""
     np.save(tmp_path / "array.npy", np.ones(3))

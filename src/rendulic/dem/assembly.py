@@ -6,9 +6,10 @@ from math import isfinite
 
 import numpy as np
 
+from rendulic.checks import finite_array
 from rendulic.dem import equilibrium, loading, saving
 from rendulic.dem.energy import energies, kinetic_energy
-from rendulic.dem.grains import finite_array, make_grains, morton_order, sphere_masses
+from rendulic.dem.grains import make_grains, morton_order, sphere_masses
 from rendulic.dem.kernels.arrays import Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
 from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.kernels.step import DAMPING
@@ -76,12 +77,13 @@ class Assembly:
         angular_velocity=None,
     ) -> None:
         self.law: ContactLaw = LinearFrictional() if law is None else law
-        self.density = float(density)
+        self.density = positive_number("density", density, "kg/m3")
         self.grains: Grains = make_grains(position, radius, density, velocity, angular_velocity)
         wall_position = finite_array("walls", walls, (6,))
         if (wall_position[1::2] <= wall_position[0::2]).any():
             raise InvalidInput(f"each upper wall must lie above its lower wall, got {wall_position.tolist()}")
         self.walls = Walls(wall_position, np.zeros(6), np.zeros(6))
+        self._refuse_outside()
         if not (isfinite(damping) and 0.0 <= damping < 1.0):
             raise InvalidInput(f"damping must be in [0, 1), got {damping!r}")
         self.damping = float(damping)
@@ -358,6 +360,17 @@ class Assembly:
         nothing = np.zeros(3)
         kernels.contact_forces(self.grains, self.contacts, dt, self.law.parameters, nothing)
         kernels.wall_forces(self.grains, self.walls, self.wall_contacts, self.law.parameters)
+
+    def _refuse_outside(self) -> None:
+        position, walls = self.grains.position, self.walls.position
+        inside = np.minimum((position - walls[0::2]).min(axis=1), (walls[1::2] - position).min(axis=1))
+        deep = inside < 0.5 * self.grains.radius
+        if deep.any():
+            worst = int((inside / self.grains.radius).argmin())
+            raise InvalidInput(
+                f"{int(deep.sum())} grains lie outside the walls or deeper than half their radius in one; the worst is "
+                f"grain {worst}, centre at {position[worst].tolist()}: check positions, radii and walls"
+            )
 
     def _refuse_deep_overlaps(self) -> None:
         grains, pairs = self.grains, self.contacts

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.kernels.step import BOUNDARY, DAMPING, FRICTION
 
 if TYPE_CHECKING:
@@ -25,13 +24,9 @@ def kinetic_energy(assembly: Assembly) -> tuple[float, float]:
 
 def elastic_energy(assembly: Assembly) -> float:
     """Energy stored in the contacts, walls included, in J."""
-    grains, pairs, walls, law = assembly.grains, assembly.contacts, assembly.wall_contacts, assembly.law
-    closed = pairs.force[:, 0] > 0
-    force = pairs.force[closed]
-    k_n, k_t = law.stiffness(grains.radius[pairs.first[closed]], grains.radius[pairs.second[closed]], law.parameters)
-    stored = law.elastic_energy(force[:, 0], np.linalg.norm(force[:, 1:], axis=1), k_n, k_t).sum()
-    k_wall = law.wall_stiffness(grains.radius[walls.grain], law.parameters)
-    return float(stored + law.elastic_energy(walls.force, 0.0, k_wall, 1.0).sum())
+    return kernels_for(assembly.law).stored_energy(
+        assembly.grains, assembly.contacts, assembly.wall_contacts, assembly.law.parameters
+    )
 
 
 def energies(assembly: Assembly) -> dict[str, float]:

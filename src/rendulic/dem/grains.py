@@ -4,32 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from rendulic.checks import finite_array, positive_number
 from rendulic.dem.kernels.arrays import Grains, aligned_rows
 from rendulic.errors import InvalidInput
 
-__all__ = ["finite_array", "make_grains", "morton_order", "sphere_masses"]
-
-
-def finite_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Return `values` as a float64 array of `shape` (None: any length), all numbers finite.
-
-    Raises
-    ------
-    InvalidInput
-        Naming what was expected and what came.
-    """
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(f"{name} must be an array of numbers: {error}") from None
-    expected = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
-    if array.ndim != len(shape) or any(s is not None and s != a for s, a in zip(shape, array.shape, strict=False)):
-        raise InvalidInput(f"{name} must have shape {expected}, got {array.shape}")
-    bad = ~np.isfinite(array)
-    if bad.any():
-        where = tuple(int(index) for index in np.argwhere(bad)[0])
-        raise InvalidInput(f"{name} must be finite everywhere; {int(bad.sum())} entries are not, the first at {where}")
-    return array
+__all__ = ["make_grains", "morton_order", "sphere_masses"]
 
 
 def sphere_masses(radius: np.ndarray, density: float, inertial_radius: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -61,8 +40,7 @@ def make_grains(position, radius, density: float, velocity=None, angular_velocit
         raise InvalidInput(
             f"radii must be positive; {int((radius <= 0).sum())} are not, the smallest is {radius[worst]:.3g} m (grain {worst})"
         )
-    if not (np.isfinite(density) and density > 0.0):
-        raise InvalidInput(f"density must be a positive number in kg/m3, got {density!r}")
+    density = positive_number("density", density, "kg/m3")
     motion = [
         np.zeros((n, 3)) if value is None else finite_array(name, value, (n, 3))
         for name, value in (("velocity", velocity), ("angular_velocity", angular_velocity))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import isfinite
 
 import numpy as np
 
+from rendulic.checks import finite_array, positive_number, whole_number
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.equilibrium import unbalanced_force
-from rendulic.dem.grains import finite_array
 from rendulic.dem.kernels.insertion import insert_spheres
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.quasi_static import STEPS_PER_LOOK, QuasiStatic, scaled_inertia, strain_rate_of
@@ -22,7 +21,7 @@ __all__ = ["pack"]
 
 LOOSE_FRACTION = 0.25  # solid fraction of the random places from which growth starts
 STEPS_PER_GROWTH = 10
-LARGEST_OVERLAP = 0.02  # of a diameter, for the mean force p d^2 on the mean grain
+SMALLEST_OVERLAP, LARGEST_OVERLAP = 1e-7, 0.02  # of a diameter, for the mean force p d^2 on the mean grain
 
 
 def pack(
@@ -75,10 +74,10 @@ def pack(
     """
     law = LinearFrictional() if law is None else law
     speed = speed or QuasiStatic()
+    pressure = positive_number("pressure", pressure, "Pa")
+    seed = whole_number("seed", seed, 0)
     radii = _draw_radii(n_grains, radius, seed)
-    if not (isfinite(pressure) and pressure > 0.0):
-        raise InvalidInput(f"pressure must be a positive number in Pa, got {pressure!r}")
-    _refuse_crushing(pressure, radii, law)
+    _refuse_pressure(pressure, radii, law)
     if porosity is not None and not 0.2 < porosity < 0.6:
         raise InvalidInput(f"a target porosity must lie between 0.2 and 0.6, got {porosity!r}")
     growth_friction = law.friction if growth_friction is None else growth_friction
@@ -120,23 +119,23 @@ def _draw_radii(n_grains: int | None, radius, seed: int) -> np.ndarray:
         if len(values) < 20:
             raise InvalidInput(f"give n_grains, or at least 20 radii; got {len(values)} radii")
         return np.sort(values)[::-1].copy()
-    if n_grains != int(n_grains) or n_grains < 20:
-        raise InvalidInput(f"n_grains must be a whole number of at least 20, got {n_grains!r}")
+    n_grains = whole_number("n_grains", n_grains, 20)
     if len(values) != 2 or values[0] > values[1]:
         raise InvalidInput(f"radius must be (smallest, largest) when n_grains is given, got {values.tolist()}")
     drawn = np.random.default_rng(seed).uniform(values[0], values[1], int(n_grains))
     return np.sort(drawn)[::-1].copy()
 
 
-def _refuse_crushing(pressure: float, radii: np.ndarray, law: ContactLaw) -> None:
-    """Contacts are points in this mechanics: refuse pressures that would press grains flat."""
+def _refuse_pressure(pressure: float, radii: np.ndarray, law: ContactLaw) -> None:
+    """Contacts are points in this mechanics: refuse pressures that would press grains flat, or press nothing."""
     mean = float(radii.mean())
     stiffness, _ = law.stiffness(mean, mean, law.parameters)
-    largest = LARGEST_OVERLAP * stiffness / (2.0 * mean)
-    if pressure > largest:
+    scale = stiffness / (2.0 * mean)
+    if not SMALLEST_OVERLAP * scale <= pressure <= LARGEST_OVERLAP * scale:
         raise InvalidInput(
-            f"a pressure of {pressure:.4g} Pa is unreachable with contacts this soft: mean overlaps would exceed "
-            f"{LARGEST_OVERLAP:.0%} of a diameter; at most {largest:.4g} Pa, or stiffen the contacts"
+            f"a pressure of {pressure:.4g} Pa is unreachable with these contacts: mean overlaps must stay between "
+            f"{SMALLEST_OVERLAP:g} and {LARGEST_OVERLAP:g} of a diameter, that is {SMALLEST_OVERLAP * scale:.4g} to "
+            f"{LARGEST_OVERLAP * scale:.4g} Pa; change the pressure or the stiffness"
         )
 
 

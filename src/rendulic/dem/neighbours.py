@@ -50,6 +50,10 @@ def find_contacts(
             f"{int((~np.isfinite(position).all(axis=1)).sum())} grains have positions that are not numbers: "
             "the motion diverged; use a smaller time step or a slower loading"
         )
+    if not np.isfinite(walls.position).all():
+        raise UnstableTimeStep(
+            f"wall positions are not numbers ({walls.position.tolist()}): check the strain rates and stresses asked for"
+        )
     low, high = walls.position[0::2], walls.position[1::2]
     outside = ((position < low) | (position > high)).any(axis=1)
     if outside.any():

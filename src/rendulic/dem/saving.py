@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,9 +40,8 @@ def state_of(assembly: Assembly) -> State:
               for name, array in getattr(assembly, group)._asdict().items()}  # fmt: skip
     arrays |= {name: getattr(assembly, name).copy() for name in ARRAYS}
     law = assembly.law
-    fields = {name: getattr(law, name) for name in getattr(law, "__dataclass_fields__", {})}
     numbers = {name: getattr(assembly, name) for name in NUMBERS}
-    return State(KIND, arrays, {"law": type(law).__name__, "law_fields": fields, **numbers})
+    return State(KIND, arrays, {"law": type(law).__name__, "law_fields": _fields(law), **numbers})
 
 
 def restore(assembly: Assembly, state: State) -> None:
@@ -75,7 +74,13 @@ def law_of(state: State, given: ContactLaw | None) -> ContactLaw:
     if name in LAWS:
         return LAWS[name](**fields)
     if given is not None and type(given).__name__ == name:
+        if _fields(given) != fields:
+            raise InvalidInput(f"the state was saved with {name}({fields}), the law given has {_fields(given)}")
         return given
     raise InvalidInput(
         f"the state was saved with the contact law '{name}': pass that law to from_state(state, law=...)"
     )
+
+
+def _fields(law: ContactLaw) -> dict[str, Any]:
+    return {name: getattr(law, name) for name in getattr(law, "__dataclass_fields__", {})}

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rendulic.dem.kernels.compiled import kernels_for
+
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly
 
@@ -23,18 +25,8 @@ def critical_time_step(assembly: Assembly) -> float:
     The true limit lies lower, since both ends of a contact move and turn: two equal grains that
     shear against each other are stable below 0.58 of this value, which bounds the fraction in use.
     """
-    grains, pairs, walls = assembly.grains, assembly.contacts, assembly.wall_contacts
-    parameters = assembly.law.parameters
-    stiffness = np.zeros(len(grains.radius))
-    closed = pairs.force[:, 0] > 0
-    first, second = pairs.first[closed], pairs.second[closed]
-    k_n, _ = assembly.law.stiffness(grains.radius[first], grains.radius[second], parameters)
-    np.add.at(stiffness, first, k_n)
-    np.add.at(stiffness, second, k_n)
-    touching = walls.force > 0
-    grain = walls.grain[touching]
-    np.add.at(stiffness, grain, assembly.law.wall_stiffness(grains.radius[grain], parameters))
-    # a grain that is free now may be hit any time: one contact with the largest grain is the least
-    hit, _ = assembly.law.stiffness(grains.radius, grains.radius.max(), parameters)
-    stiffness = np.maximum(stiffness, hit)
-    return float(2.0 * np.sqrt((grains.mass / stiffness).min()))
+    sums = np.empty(len(assembly))
+    kernels_for(assembly.law).stiffness_sums(
+        assembly.grains, assembly.contacts, assembly.wall_contacts, assembly.law.parameters, sums
+    )
+    return float(2.0 * np.sqrt((assembly.grains.mass / sums).min()))

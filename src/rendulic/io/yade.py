@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+from rendulic.checks import finite_array
 from rendulic.dem.assembly import Assembly
-from rendulic.dem.grains import finite_array
 from rendulic.dem.laws import LinearFrictional
 from rendulic.errors import CorruptFile, InvalidInput
 from rendulic.snapshot import Snapshot
@@ -36,9 +36,10 @@ def _fields(path: str | os.PathLike, wanted: tuple[str, ...]) -> dict[str, np.nd
         raise InvalidInput(f"no Yade state at {path}: check the path")
     found: dict[str, np.ndarray] = {}
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not hasattr(archive, "files"):
-                raise CorruptFile(f"{path} is a bare array, not an .npz archive of a Yade state")
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise CorruptFile(f"{path} is a bare array, not an .npz archive of a Yade state")
+        with archive:
             missing = [name for name in wanted if name not in archive.files]
             if missing:
                 raise CorruptFile(f"{path} lacks the field(s) {', '.join(missing)}; it has {', '.join(archive.files)}")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rendulic.checks import finite_array
 from rendulic.errors import InvalidInput, one_of
 
 __all__ = ["Control"]
@@ -47,10 +48,8 @@ class Control:
     controlled: tuple[str, str, str]
 
     def __post_init__(self) -> None:
-        basis = np.asarray(self.strain_basis, dtype=float)
-        if basis.shape != (3, 3) or not np.isfinite(basis).all():
-            raise InvalidInput(f"a control basis must be 3 x 3 finite numbers, got {self.strain_basis!r}")
-        if abs(np.linalg.det(basis)) < 1e-12 * np.linalg.norm(basis) ** 3:
+        basis = finite_array("a control basis", self.strain_basis, (3, 3))
+        if abs(np.linalg.det(basis)) <= 1e-12 * np.linalg.norm(basis) ** 3:
             raise InvalidInput(f"the three controlled combinations must be independent, got {basis.tolist()}")
         if len(self.controlled) != 3:
             raise InvalidInput(f"three components must be controlled, got {len(self.controlled)}")
@@ -60,16 +59,14 @@ class Control:
     @classmethod
     def of_strains(cls, strain_basis, controlled) -> Control:
         """From combinations of strain; the stresses are their conjugates."""
-        basis = np.asarray(strain_basis, dtype=float)
-        if basis.shape != (3, 3):
-            raise InvalidInput(f"a control basis must be 3 x 3 numbers, got shape {basis.shape}")
+        basis = finite_array("a control basis", strain_basis, (3, 3))
         return cls(tuple(map(tuple, basis.tolist())), tuple(controlled))
 
     @classmethod
     def of_stresses(cls, stress_basis, controlled) -> Control:
         """From combinations of stress; the strains are their conjugates."""
-        basis = np.asarray(stress_basis, dtype=float)
-        if basis.shape != (3, 3) or abs(np.linalg.det(basis)) < 1e-12 * np.linalg.norm(basis) ** 3:
+        basis = finite_array("a control basis", stress_basis, (3, 3))
+        if abs(np.linalg.det(basis)) <= 1e-12 * np.linalg.norm(basis) ** 3:
             raise InvalidInput(f"the three stress combinations must be independent, got {basis.tolist()}")
         return cls.of_strains(np.linalg.inv(basis).T, controlled)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
+from rendulic.checks import positive_number
 from rendulic.errors import InvalidInput
 from rendulic.loading.control import Control
 
@@ -76,8 +77,7 @@ class Path:
 
 def isotropic(pressure: float) -> Path:
     """Bring the specimen to an isotropic stress in Pa (all three stresses controlled)."""
-    if not (isfinite(pressure) and pressure > 0.0):
-        raise InvalidInput(f"pressure must be a positive number in Pa, got {pressure!r}")
+    pressure = positive_number("pressure", pressure, "Pa")
     return Path("isotropic", Control(UNIT, ("stress",) * 3), stress=(pressure,) * 3)
 
 
@@ -93,6 +93,8 @@ def drained_triaxial(
     `lateral_stress` in Pa; by default each lateral stress keeps its present value.
     """
     sign = -1.0 if extension else 1.0
+    if lateral_stress is not None:
+        lateral_stress = positive_number("lateral_stress", lateral_stress, "Pa")
     return Path(
         "drained triaxial",
         Control(UNIT, ("strain", "stress", "stress")),

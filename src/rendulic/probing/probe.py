@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rendulic.checks import finite_array, whole_number
 from rendulic.errors import InvalidInput, one_of
 from rendulic.loading.directions import Directions
 from rendulic.micro.contact_work import CLASSES
@@ -87,14 +88,11 @@ def probe(
         For norms or steps that are not positive, or an unknown kind.
     """
     one_of(kind, ("strain", "stress"), "kind of probe")
-    norms = np.atleast_1d(np.asarray(norm, dtype=float))
-    if norms.ndim != 1 or not np.isfinite(norms).all() or (norms <= 0).any() or (np.diff(norms) <= 0).any():
+    norms = finite_array("norm", norm, () if np.ndim(norm) == 0 else (None,)).reshape(-1)
+    if len(norms) == 0 or (norms <= 0).any() or (np.diff(norms) <= 0).any():
         raise InvalidInput(f"probe norms must be positive and increasing, got {norm!r}")
-    if int(n_steps) != n_steps or n_steps < 1:
-        raise InvalidInput(f"n_steps must be a positive whole number, got {n_steps!r}")
-    if workers is not None and workers < 1:
-        raise InvalidInput(f"workers must be at least 1, got {workers!r}")
-    workers = workers or os.cpu_count() or 1
+    n_steps = whole_number("n_steps", n_steps, 1)
+    workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
     increments = np.concatenate((np.zeros((1, 3)), directions.increments(float(norms[-1]))))
     marks = tuple((norms / norms[-1]).tolist())
     total_steps = round(n_steps * float(norms[-1] / norms[0]))

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from rendulic.dem.laws import LinearFrictional
 from rendulic.dem.quasi_static import QuasiStatic
 from rendulic.errors import InvalidInput, one_of
+from rendulic.loading import directions
 
 __all__ = ["PRESETS", "GrainStudy", "preset"]
 
@@ -82,6 +83,12 @@ class Probes(Section):
     n_steps: int = Field(5000, ge=1, description="time steps up to the smallest norm")
     damping: float = Field(0.05, ge=0, lt=1)
 
+    @field_validator("step_deg")
+    @classmethod
+    def _divides_the_circle(cls, step: float) -> float:
+        directions.rendulic(step)
+        return step
+
     @field_validator("norms")
     @classmethod
     def _increasing(cls, norms: tuple[float, ...]) -> tuple[float, ...]:
@@ -129,4 +136,5 @@ def preset(name: str, **changes: Any) -> GrainStudy:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise InvalidInput(f"preset '{name}', {where}: {first['msg']}, got {first.get('input')!r}") from None
+        came = f", got {first['input']!r}" if where and not isinstance(first["input"], dict) else ""
+        raise InvalidInput(f"preset '{name}'{', ' + where if where else ''}: {first['msg']}{came}") from None

@@ -1,4 +1,4 @@
-"""Kernels compiled for a contact law, once per law and process, cached on disk between processes."""
+"""Kernels compiled for a contact law, once per law and process; rendulic's own cached on disk."""
 
 from __future__ import annotations
 
@@ -10,35 +10,54 @@ from types import FunctionType, SimpleNamespace
 
 import numba
 
-from rendulic.dem.kernels import step
+from rendulic.dem.kernels import arrays, step
 from rendulic.dem.laws import ContactLaw
 
 __all__ = ["jit", "kernels_for"]
 
 # contraction to fused multiply-add is the only liberty taken: NaN is kept, and a machine repeats itself
-jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
+jit = numba.njit(cache=True, **OPTIONS)
+
+LAW_NAMES = ("law_stiffness", "law_wall_stiffness", "law_contact_force", "law_elastic_energy")
+KERNELS = (
+    "damped",
+    "move_grains",
+    "contact_forces",
+    "wall_forces",
+    "solve_3x3",
+    "servo_rates",
+    "finish_step",
+    "advance",
+    "stiffness_sums",
+    "stored_energy",
+)
 
 
 def kernels_for(law: ContactLaw) -> SimpleNamespace:
     """Return `advance`, `finish_step`, `move_grains`, ... compiled with the functions of `law`."""
-    return _kernels(law.stiffness, law.wall_stiffness, law.contact_force)
+    return _kernels(law.stiffness, law.wall_stiffness, law.contact_force, law.elastic_energy)
 
 
 @cache
-def _kernels(stiffness: Callable, wall_stiffness: Callable, contact_force: Callable) -> SimpleNamespace:
-    functions = (stiffness, wall_stiffness, contact_force)
-    digest = hashlib.sha256("".join(inspect.getsource(f) for f in functions).encode()).hexdigest()[:12]
+def _kernels(*law_functions: Callable) -> SimpleNamespace:
+    # a user's function may use numbers from around it, which its source does not show: it is compiled
+    # anew in each process. rendulic's own go to disk under a name that changes with any source.
+    own = all(getattr(f, "__module__", "").startswith("rendulic.") for f in law_functions)
+    compiler = numba.njit(cache=own, **OPTIONS)
+    digest = _digest(law_functions) if own else "user"
     names = dict(vars(step))
-    for name, function in zip(("law_stiffness", "law_wall_stiffness", "law_contact_force"), functions, strict=True):
-        names[name] = jit(function) if not hasattr(function, "py_func") else function
-    kernels = [
-        "damped", "move_grains", "contact_forces", "wall_forces", "solve_3x3", "servo_rates", "finish_step", "advance",
-    ]  # fmt: skip
-    for name in kernels:
+    for name, function in zip(LAW_NAMES, law_functions, strict=True):
+        names[name] = function if hasattr(function, "py_func") else compiler(function)
+    for name in KERNELS:
         plain = getattr(step, name)
         clone = FunctionType(plain.__code__, names, name, plain.__defaults__)
-        # the cache on disk is named after the qualified name: one entry per law
         clone.__qualname__ = f"{name}_{digest}"
         clone.__module__ = step.__name__
-        names[name] = jit(clone)
-    return SimpleNamespace(**{name: names[name] for name in kernels})
+        names[name] = compiler(clone)
+    return SimpleNamespace(**{name: names[name] for name in KERNELS})
+
+
+def _digest(functions: tuple[Callable, ...]) -> str:
+    sources = [inspect.getsource(f) for f in (*functions, step, arrays)]
+    return hashlib.sha256("".join([*sources, repr(OPTIONS), numba.__version__]).encode()).hexdigest()[:12]

@@ -4,18 +4,19 @@ Order of a step: leapfrog with the forces of the present positions, walls, then 
 positions. A state between steps is therefore whole: positions, the forces at these positions, and
 velocities half a step earlier.
 
-The three `law_*` names are those of the default law; `compiled.kernels_for` puts another law's
+The four `law_*` names are those of the default law; `compiled.kernels_for` puts another law's
 functions in their place before compiling.
 """
 
 from __future__ import annotations
 
-from math import copysign, exp, sqrt
+from math import copysign, expm1, sqrt
 
 import numpy as np
 
 from rendulic.dem.kernels.arrays import FORCE, POSITION, RADIUS, SPIN, TORQUE, VELOCITY
 from rendulic.dem.laws.linear_frictional import contact_force as law_contact_force
+from rendulic.dem.laws.linear_frictional import elastic_energy as law_elastic_energy
 from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_stiffness
 from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
 
@@ -284,7 +285,7 @@ def advance(
         for axis in range(3):
             low, high = 2 * axis, 2 * axis + 1
             length = walls.position[high] - walls.position[low]
-            inward = 0.5 * length * (1.0 - exp(-rates[axis] * dt))
+            inward = -0.5 * length * expm1(-rates[axis] * dt)
             walls.position[low] += inward
             walls.position[high] -= inward
             spent[BOUNDARY] += 0.5 * inward * (walls.force[low] + walls.force[high])
@@ -306,3 +307,44 @@ def finish_step(grains, contacts, walls, wall_contacts, dt, parameters, spent, s
     wall_forces(grains, walls, wall_contacts, parameters)
     for axis in range(3):
         spent[BOUNDARY] += 0.5 * scratch[5, axis] * (walls.force[2 * axis] + walls.force[2 * axis + 1])
+
+
+def stiffness_sums(grains, contacts, wall_contacts, parameters, sums):
+    """Sum the normal stiffnesses of each grain's closed contacts, walls included, into `sums` (n,).
+
+    A sum is at least the stiffness of one contact with the largest grain.
+    """
+    row = grains.row
+    largest = 0.0
+    for i in range(row.shape[0]):
+        sums[i] = 0.0
+        largest = max(largest, row[i, RADIUS])
+    for c in range(contacts.first.shape[0]):
+        if contacts.force[c, 0] > 0.0:
+            i, j = contacts.first[c], contacts.second[c]
+            k_n, k_t = law_stiffness(row[i, RADIUS], row[j, RADIUS], parameters)
+            sums[i] += k_n
+            sums[j] += k_n
+    for c in range(wall_contacts.grain.shape[0]):
+        if wall_contacts.force[c] > 0.0:
+            i = wall_contacts.grain[c]
+            sums[i] += law_wall_stiffness(row[i, RADIUS], parameters)
+    for i in range(row.shape[0]):
+        k_n, _k_t = law_stiffness(row[i, RADIUS], largest, parameters)
+        sums[i] = max(sums[i], k_n)
+
+
+def stored_energy(grains, contacts, wall_contacts, parameters):
+    """Elastic energy of all closed contacts, walls included."""
+    row = grains.row
+    total = 0.0
+    for c in range(contacts.first.shape[0]):
+        if contacts.force[c, 0] > 0.0:
+            k_n, k_t = law_stiffness(row[contacts.first[c], RADIUS], row[contacts.second[c], RADIUS], parameters)
+            tangential = sqrt(contacts.force[c, 1] ** 2 + contacts.force[c, 2] ** 2 + contacts.force[c, 3] ** 2)
+            total += law_elastic_energy(contacts.force[c, 0], tangential, k_n, k_t)
+    for c in range(wall_contacts.grain.shape[0]):
+        if wall_contacts.force[c] > 0.0:
+            k_n = law_wall_stiffness(row[wall_contacts.grain[c], RADIUS], parameters)
+            total += law_elastic_energy(wall_contacts.force[c], 0.0, k_n, k_n)
+    return total

@@ -77,7 +77,7 @@ def contact_force(overlap, k_n, k_t, force_x, force_y, force_z, slip_x, slip_y, 
 
 
 def elastic_energy(force_n, force_t, k_n, k_t):
-    """Energy stored in contacts, `f_n^2 / 2 k_n + f_t^2 / 2 k_t`, in J (numbers or arrays)."""
+    """Energy stored in contacts, `f_n^2 / 2 k_n + f_t^2 / 2 k_t`, in J."""
     return 0.5 * (force_n * force_n / k_n + force_t * force_t / k_t)
 
 
