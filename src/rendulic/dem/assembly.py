@@ -6,7 +6,7 @@ from math import isfinite
 
 import numpy as np
 
-from rendulic.checks import finite_array
+from rendulic.checks import finite_array, positive_number
 from rendulic.dem import equilibrium, loading, saving
 from rendulic.dem.energy import energies, kinetic_energy
 from rendulic.dem.grains import make_grains, morton_order, sphere_masses
