@@ -29,11 +29,11 @@ def main(folder: str = ".", n_grains: int = 500) -> None:
         one = probes.sel(norm=norm)
         worst = one.isel(alpha=int(one.w2_normalised.argmin("alpha")))
         print(
-            f"norm {norm:.0e}: smallest W2n {float(worst.w2_normalised):+.2f} at {float(worst.alpha):.0f} degrees, "
+            f"norm {norm:g}: smallest W2n {float(worst.w2_normalised):+.2f} at {float(worst.alpha):.0f} degrees, "
             f"drift {float(worst.w2_drift):.1e} of {float(worst.w2_macro):.1e} J/m3, "
             f"micro = macro to {float(one.identity_residual.max()):.0e}"
         )
-    named = {f"norm {norm:.0e}": probes.sel(norm=norm) for norm in probes.norm.values}
+    named = {f"norm {norm:g}": probes.sel(norm=norm) for norm in probes.norm.values}
     print(*rd.figures.save(rd.figures.circular_diagram(named), folder, "first_probe"))
 
 

@@ -10,7 +10,12 @@ from pathlib import Path
 
 from rendulic.errors import InvalidInput
 
-__all__ = ["whole_file"]
+__all__ = ["whole_file", "writable_folder"]
+
+
+# the process's file mask can only be read by setting it: once, before there are threads
+MASK = os.umask(0)
+os.umask(MASK)
 
 
 @contextmanager
@@ -34,15 +39,30 @@ def whole_file(path: str | os.PathLike) -> Iterator[Path]:
         raise InvalidInput(f"cannot write {path}: {error.strerror or error}") from None
     os.close(handle)
     temporary = Path(name)
-    mask = os.umask(0)
-    os.umask(mask)
     try:
         yield temporary
         with temporary.open("rb+") as written:
             os.fsync(written.fileno())
-        temporary.chmod(0o666 & ~mask)
+        temporary.chmod(0o666 & ~MASK)
         temporary.replace(path)
     except OSError as error:
         raise InvalidInput(f"cannot write {path}: {error.strerror or error}") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def writable_folder(folder: str | os.PathLike) -> Path:
+    """Return `folder` if files can be written to it, once it is made; it is not made here.
+
+    Raises
+    ------
+    InvalidInput
+        If not: better before hours of work than after.
+    """
+    folder = Path(folder)
+    nearest = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    try:
+        tempfile.TemporaryFile(dir=nearest).close()
+    except OSError as error:
+        raise InvalidInput(f"cannot write to {folder}: {error.strerror or error}") from None
+    return folder

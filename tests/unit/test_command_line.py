@@ -62,7 +62,7 @@ def folder(tmp_path_factory, packed_state):
         (["probe", "none.h5"], "no state file at none.h5"),
         (["probe", "good.h5", "--step", "7"], "must divide 360"),
         (["probe", "good.h5", "--norm", "nan"], "norm must be finite everywhere"),
-        (["probe", "good.h5", "--norm", "-1e-5"], "norm must be finite everywhere"),
+        (["probe", "good.h5", "--norm", "-1e-5"], "probe norms must be positive"),
         (
             ["probe", "good.h5", "--norm", "1e-5", "--step", "180", "--n-steps", "5", "-q", "-o", "taken"],
             "cannot write",

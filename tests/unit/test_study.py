@@ -49,7 +49,7 @@ def test_changes_replace_values():
         ({"specimen": {"radius_min_m": 1.0}}, "radius_min_m must not exceed radius_max_m"),
         ({"contact": {"stiffness_rule": "harmonc"}}, "'harmonc': did you mean 'harmonic'"),
         ({"loading": {"eta": []}}, "loading.eta"),
-        ({"loading": {"eta": [0.4, 0.3]}}, "increasing numbers between 0 and 3"),
+        ({"loading": {"eta": [0.4, 0.3]}}, "must increase by at least 0.01"),
         ({"probes": {"norms": [2e-4, 1e-4]}}, "norms must be increasing"),
         ({"probes": {"diagram_norm": 3e-5}}, "diagram_norm 3e-05 must be one of the norms"),
         pytest.param({"probes": {"step_deg": 7}}, "360"),

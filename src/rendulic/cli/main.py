@@ -43,6 +43,3 @@ def run() -> None:
     except RendulicError as error:
         typer.secho(f"rendulic: {error}", fg="red", err=True)
         sys.exit(2)
-    except KeyboardInterrupt:
-        typer.secho("rendulic: stopped; finished stages are kept and found again", fg="yellow", err=True)
-        sys.exit(130)

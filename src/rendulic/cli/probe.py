@@ -31,8 +31,10 @@ def probe(
     from rendulic.loading import directions
     from rendulic.probing.probe import probe as run_probes
     from rendulic.state import State
+    from rendulic.whole_file import writable_folder
 
     sample = Assembly.from_state(State.from_file(state))
+    writable_folder(output)
     with stages(quiet) as stage:
         probes = run_probes(
             sample,
@@ -43,13 +45,13 @@ def probe(
             progress=stage("probes"),
         )
     write_dataset(probes, output / "probes.nc")
-    named = {f"norm {float(value):.0e}": probes.sel(norm=value) for value in probes.norm}
+    named = {f"norm {float(value):g}": probes.sel(norm=value) for value in probes.norm}
     figures.save(figures.circular_diagram(named, rf"$\eta$ = {sample.eta:.2f}"), output, "circular")
     for value in probes.norm.values:
         one = probes.sel(norm=value)
         worst = one.isel(alpha=int(one.w2_normalised.argmin("alpha")))
         typer.echo(
-            f"norm {value:.1e}: smallest W2n {float(worst.w2_normalised):+.4f} at {float(worst.alpha):.0f} degrees "
+            f"norm {value:g}: smallest W2n {float(worst.w2_normalised):+.4f} at {float(worst.alpha):.0f} degrees "
             f"({'significant' if bool(worst.is_significant) else 'within the drift of the null probe'}), "
             f"largest identity residual {float(one.identity_residual.max()):.0e}"
         )

@@ -46,7 +46,8 @@ def reproduce(
         )
     console = Console()
     console.print(_summary(result.table))
-    console.print(_amplitudes(result.table))
+    if "smallest_w2n" in result.table:
+        console.print(_amplitudes(result.table))
     for name, files in result.figures.items():
         console.print(f"{name}: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True)
 
@@ -92,7 +93,7 @@ def _amplitudes(table: xr.Dataset) -> Table:
     )
     shown.add_column("eta", justify="right")
     for norm in table.norm.values:
-        shown.add_column(f"norm {norm:.0e}", justify="right")
+        shown.add_column(f"norm {norm:g}", justify="right")
     for k in range(table.sizes["state"]):
         cells = []
         for norm in table.norm.values:

@@ -19,7 +19,7 @@ from rendulic.dem.time_step import critical_time_step
 from rendulic.errors import InvalidInput, UnstableTimeStep
 from rendulic.snapshot import Snapshot
 from rendulic.state import State
-from rendulic.tensors.invariants import stress_ratio
+from rendulic.tensors.invariants import mean_stress, stress_ratio
 
 __all__ = ["Assembly"]
 
@@ -42,7 +42,8 @@ class Assembly:
     damping : float
         Cundall's non-viscous coefficient, 0 <= lambda < 1.
     time_step : float, optional
-        In s. By default `time_step_fraction` of the critical one, renewed while loading.
+        In s, fixed until `set_time_step()` releases it. By default `time_step_fraction` of the critical
+        one, renewed while loading.
     time_step_fraction : float
         Of `critical_time_step`, 0 < fraction < 0.58 (beyond, coupled rotation is unstable).
     velocity, angular_velocity : (n, 3) arrays, optional
@@ -150,6 +151,11 @@ class Assembly:
         return np.diag(np.log(self.strain_origin / self.lengths))
 
     @property
+    def pressure(self) -> float:
+        """Mean stress in Pa."""
+        return float(mean_stress(self.stress))
+
+    @property
     def eta(self) -> float:
         """Stress ratio q/p; NaN where nothing carries stress."""
         return float(stress_ratio(self.stress))
@@ -201,6 +207,7 @@ class Assembly:
             If it is not positive, or above 0.58 of the critical one.
         """
         critical = critical_time_step(self)
+        self.has_fixed_time_step = time_step is not None
         if time_step is None:
             self.time_step = self.time_step_fraction * critical
             return
@@ -210,6 +217,10 @@ class Assembly:
                 f"present contacts), got {time_step!r}"
             )
         self.time_step = float(time_step)
+
+    def renew_time_step(self) -> None:
+        """Take the time step that the present contacts allow, or check the one that was fixed."""
+        self.set_time_step(self.time_step if self.has_fixed_time_step else None)
 
     def advance(self, n_steps: int, drive: Drive, damping: float | None = None) -> None:
         """Make `n_steps` steps of the present time step under `drive`, in place.
@@ -262,7 +273,7 @@ class Assembly:
         self.spent[DAMPING] += before - sum(kinetic_energy(self))
 
     def scale_radii(self, factor: float) -> None:
-        """Multiply all radii by `factor`, masses following; forces are recomputed at the next step."""
+        """Multiply all radii by `factor`, masses following; forces follow at the next step."""
         grains = self.grains
         largest = float(grains.radius.max())
         grains.radius[:] *= factor
@@ -270,6 +281,7 @@ class Assembly:
         self.growth_since_build += max(factor - 1.0, 0.0) * largest
         if self.growth_since_build >= 0.25 * self.margin:
             self._rebuild()
+            self._compute_forces()
 
     def set_tangential_forces(self, first: np.ndarray, second: np.ndarray, force: np.ndarray, age: float = 0.0) -> None:
         """Give contacts `first < second` the tangential forces (n, 3) on `second` in N of another engine.
@@ -420,6 +432,6 @@ class Assembly:
     def from_state(cls, state: State, law: ContactLaw | None = None) -> Assembly:
         """Make an assembly of a saved state; `law` is needed for a law that is not rendulic's own."""
         assembly = cls.__new__(cls)
-        assembly.law = saving.law_of(state, law)
+        assembly.law = saving.law_of(state, law, exactly=law is not None)
         assembly.restore(state)
         return assembly

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def pack(
             _densify(assembly, porosity, law, pressure, speed, progress)
         assembly.law = law
         assembly.sort_grains()
-        assembly.set_time_step()
+        assembly.renew_time_step()
         bring_to_rest(assembly, "stress", speed, (pressure,) * 3, progress)
     assembly.reset_strain()
     assembly.spent[:] = 0.0  # growing radii do work that no wall does: balances start here
@@ -142,7 +142,12 @@ def _refuse_pressure(pressure: float, radii: np.ndarray, law: ContactLaw) -> Non
 def _with_friction(law: ContactLaw, friction: float) -> ContactLaw:
     if friction == law.friction:
         return law
-    return replace(law, friction=friction)  # type: ignore[type-var]
+    if not is_dataclass(law):
+        raise InvalidInput(
+            f"{type(law).__name__} is not a dataclass, so its friction cannot be changed while packing: leave "
+            "growth_friction and porosity out, or make it one"
+        )
+    return replace(law, friction=friction)
 
 
 def _grow(assembly: Assembly, final: float, pressure: float, speed: QuasiStatic, progress: Progress) -> None:
@@ -154,14 +159,14 @@ def _grow(assembly: Assembly, final: float, pressure: float, speed: QuasiStatic,
     # radii grow as the loading strains: by the inertial number at the pressure aimed at
     gentle = strain_rate_of(assembly, 5 * speed.inertial_number, pressure)
     rate = 100.0 * gentle
-    assembly.set_time_step()
+    assembly.renew_time_step()
     while factor < final:
         for _ in range(STEPS_PER_LOOK // STEPS_PER_GROWTH):
             growth = min(np.exp(rate * assembly.time_step * STEPS_PER_GROWTH), final / factor)
             factor *= growth
             assembly.scale_radii(growth)
             assembly.advance(STEPS_PER_GROWTH, drive, speed.damping)
-        assembly.set_time_step()
+        assembly.renew_time_step()
         carried = float(np.trace(assembly.stress)) / 3.0
         if not held and carried >= pressure:
             held = True
@@ -182,7 +187,7 @@ def _grow(assembly: Assembly, final: float, pressure: float, speed: QuasiStatic,
             progress(min(carried, pressure), pressure, f"compression: p {carried / 1e3:.1f} kPa")
             if carried >= 0.99 * pressure:
                 return
-            assembly.set_time_step()
+            assembly.renew_time_step()
         raise DidNotConverge(
             f"the packing carries {carried:.4g} Pa of the {pressure:.4g} Pa asked for after all allowed steps: "
             "allow faster preparation (larger inertial_number)"
@@ -214,7 +219,9 @@ def _densify(
                 f"{porosity:g} is denser than spheres of these sizes pack"
             )
         drive = drive_for(assembly, hold("stress"), (pressure,) * 3, np.zeros(3), cap)
-        for _ in range(400):
+        for look in range(400):
+            if look % 10 == 0:
+                assembly.renew_time_step()
             assembly.advance(STEPS_PER_LOOK, drive, speed.damping)
             if assembly.porosity <= porosity or unbalanced_force(assembly) < speed.unbalanced_limit:
                 break

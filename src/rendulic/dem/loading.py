@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.dem.quasi_static import (
     STEPS_PER_LOOK,
     QuasiStatic,
-    inertial_number_of,
+    advance_and_measure,
     scaled_inertia,
     strain_rate_of,
 )
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["load", "probe"]
 
 ETA_TOLERANCE = 0.005  # of a stress ratio at rest
+LEAST_PEAK = 0.05  # change of q, in mean stresses, below which there is no peak to speak of
+LOOKS_BELOW_PEAK = 5  # looks for which a loss of q must last
 
 
 def load(
@@ -58,15 +61,20 @@ def load(
     Raises
     ------
     NotEquilibrated
-        If a path without a driven strain does not come to rest at its stresses.
+        If a path without a driven strain does not come to rest at its stresses, or a paused test does
+        not come to rest at the stress ratio aimed at.
     UnstableTimeStep
         If the motion diverges.
     """
     speed = speed or QuasiStatic()
     recorder = CurveRecorder(path.name)
     if not path.is_driven:
-        rest = bring_to_rest(assembly, "stress", speed, path.stress, progress)
-        recorder.add(assembly, inertial_number=0.0, unbalanced_force=rest.equilibrium.unbalanced_force)
+        rest = bring_to_rest(assembly, path, speed, progress=progress)
+        recorder.add(
+            assembly,
+            inertial_number=rest.largest_inertial_number,
+            unbalanced_force=rest.equilibrium.unbalanced_force,
+        )
         return recorder.dataset(stopped_by="target")
 
     with scaled_inertia(assembly, speed):
@@ -83,63 +91,72 @@ def _drive_along(
     on_record: Callable[[Assembly], None] | None,
 ) -> str:
     """Follow a driven path to its end and return what stopped it."""
-    basis_inverse = np.linalg.inv(np.asarray(path.control.strain_basis))
+    until, target = path.until, path.until.eta
     relative = np.where(path.control.is_stress, 0.0, path.strain_rate)
-    fastest = np.abs(basis_inverse @ relative).max()
-    start = np.diag(assembly.strain)
-    pressure = float(np.trace(assembly.stress)) / 3.0
-    full_rate = strain_rate_of(assembly, speed.inertial_number, pressure)
+    driven = np.abs(np.linalg.inv(np.asarray(path.control.strain_basis)) @ relative)
+    fastest, axis = driven.max(), 0 if driven[0] > 0.0 else int(driven.argmax())
+    full_rate = strain_rate_of(assembly, speed.inertial_number, assembly.pressure)
     drive = drive_for(assembly, path.control, path.stress, np.zeros(3), 10 * full_rate)
-    factor, q_largest, looks = speed.slowest, -np.inf, 0
-    eta_start = assembly.eta
-    target = path.until.eta
-    rising = target is None or target >= eta_start
+    start, eta_start, q_start = float(assembly.strain[axis, axis]), assembly.eta, assembly.eta * assembly.pressure
+    every = max(1, round(until.strain / 4000 / (full_rate * assembly.time_step * STEPS_PER_LOOK)))
     recorder.add(assembly, inertial_number=0.0, unbalanced_force=unbalanced_force(assembly))
-    every = max(1, round(path.until.strain / 4000 / (full_rate * assembly.time_step * STEPS_PER_LOOK)))
-    stopped_by = ""
-    while not stopped_by:
-        near = target is not None and abs(target - assembly.eta) < 0.03 * max(abs(target), 0.3)
-        rate = full_rate * factor * (0.25 if near else 1.0)
-        drive.rate[:] = relative * rate / fastest
-        assembly.advance(STEPS_PER_LOOK, drive, speed.damping)
-        looks += 1
+    travelled = 0.0
+    factor, looks, fastest_flow, largest_change, below = speed.slowest, 0, 0.0, 0.0, 0
+
+    def missing() -> float:
+        """How much of the stress ratio aimed at is still missing."""
+        assert target is not None
+        return (target - assembly.eta) * (1.0 if target >= eta_start else -1.0)
+
+    def pause() -> bool:
+        """Pause the test; whether the stress ratio aimed at stands. What is left of a spike relaxes."""
+        bring_to_rest(assembly, path, speed, tuple(drive.target), progress)
+        return missing() <= ETA_TOLERANCE
+
+    if target is not None and missing() <= ETA_TOLERANCE and pause():
+        return "eta"
+    while True:
+        near = target is not None and missing() < 0.03 * max(abs(target), 0.3)
+        rate = full_rate * factor * (0.25 if near else 1.0) / fastest
+        drive.rate[:] = relative * rate
+        steps_left = ceil((until.strain - travelled) / (rate * driven[axis] * assembly.time_step))
+        n_steps = min(STEPS_PER_LOOK, max(steps_left, 1))
+        flow = advance_and_measure(assembly, n_steps, drive, speed.damping)
+        looks, fastest_flow = looks + 1, max(fastest_flow, flow)
         unbalanced = unbalanced_force(assembly)
         factor = max(0.5 * factor, speed.slowest) if unbalanced > speed.unbalanced_limit else min(1.1 * factor, 1.0)
         if looks % 5 == 0:
-            assembly.set_time_step()
-        stress = np.diag(assembly.stress)
-        pressure, eta = float(stress.mean()), assembly.eta
-        q = eta * pressure
-        q_largest = max(q_largest, q)
-        travelled = float(np.abs(np.diag(assembly.strain) - start).max())
+            assembly.renew_time_step()
         if looks % every == 0:
-            recorder.add(
-                assembly,
-                inertial_number=inertial_number_of(assembly, rate, pressure),
-                unbalanced_force=unbalanced,
-            )
+            recorder.add(assembly, inertial_number=fastest_flow, unbalanced_force=unbalanced)
+            fastest_flow = 0.0
             if on_record is not None:
                 on_record(assembly)
-        share = travelled / path.until.strain
+        eta, pressure = assembly.eta, assembly.pressure
+        travelled = abs(float(assembly.strain[axis, axis]) - start)
+        share = travelled / until.strain
         if target is not None and target != eta_start:
             share = max(share, (eta - eta_start) / (target - eta_start))
         progress(
-            min(share, 1.0),
-            1.0,
-            f"{path.name}: strain {travelled:.4f}, eta {eta:.3f}, unbalanced {unbalanced:.0e}",
+            min(share, 1.0), 1.0, f"{path.name}: strain {travelled:.4f}, eta {eta:.3f}, unbalanced {unbalanced:.0e}"
         )
-        if target is not None and (eta >= target if rising else eta <= target):
-            # pause the test; what is left of a spike relaxes, and loading goes on from rest
-            bring_to_rest(assembly, path, speed, progress=progress, strict=False)
-            missing = target - assembly.eta if rising else assembly.eta - target
-            if missing <= ETA_TOLERANCE:
+        # a peak is a change of q that matters, and whose loss lasts
+        change = abs(eta * pressure - q_start)
+        largest_change = max(largest_change, change)
+        fallen = largest_change > LEAST_PEAK * pressure and change < (1.0 - until.peak_drop) * largest_change
+        below = below + 1 if fallen else 0
+        if target is not None and missing() <= 0.0:
+            if pause():
                 stopped_by = "eta"
+                break
             factor = speed.slowest
-        elif travelled >= path.until.strain:
+        elif travelled >= until.strain:
             stopped_by = "strain"
-        elif path.until.peak and q < (1.0 - path.until.peak_drop) * q_largest:
+            break
+        elif until.peak and below >= LOOKS_BELOW_PEAK:
             stopped_by = "peak"
-    recorder.add(assembly, inertial_number=0.0, unbalanced_force=unbalanced_force(assembly))
+            break
+    recorder.add(assembly, inertial_number=fastest_flow, unbalanced_force=unbalanced_force(assembly))
     return stopped_by
 
 

@@ -17,7 +17,7 @@ from rendulic.errors import UnstableTimeStep
 __all__ = ["find_contacts", "size_levels"]
 
 
-def size_levels(radius: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray]:
+def size_levels(radius: np.ndarray, margin: float, volume: float) -> tuple[np.ndarray, np.ndarray]:
     """Sort grains into octaves of size.
 
     Returns
@@ -25,11 +25,13 @@ def size_levels(radius: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarr
     level : (n,) int64 array
         0 for the finest octave present.
     sizes : (n_levels,) array
-        Cell size of each level in m, increasing: its largest diameter plus `margin`.
+        Cell size of each level in m, not decreasing: its largest diameter plus `margin`, or more where
+        cells would outnumber the grains (a few specks among boulders).
     """
     octave = np.floor(np.log2(radius.max() / radius)).astype(np.int64)
     present, inverse = np.unique(-octave, return_inverse=True)
     sizes = 2.0 * radius.max() / 2.0 ** (-present.astype(float)) + margin
+    sizes = np.maximum(sizes, (volume / max(4 * len(radius), 64)) ** (1.0 / 3.0))
     return inverse.astype(np.int64).ravel(), sizes
 
 
@@ -61,7 +63,7 @@ def find_contacts(
             f"{int(outside.sum())} grains (first: {int(np.flatnonzero(outside)[0])}) have their centre outside the "
             "walls: the motion diverged; use a smaller time step or a slower loading"
         )
-    level, sizes = size_levels(radius, margin)
+    level, sizes = size_levels(radius, margin, float(np.prod(high - low)))
     first, second = candidate_pairs(position, radius, margin, level, sizes, low.copy(), high.copy())
     force = np.zeros((len(first), 4))
     if contacts is not None:

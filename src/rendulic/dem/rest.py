@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rendulic.dem.equilibrium import Equilibrium, assess
-from rendulic.dem.quasi_static import STEPS_PER_LOOK, QuasiStatic, scaled_inertia, strain_rate_of
+from rendulic.dem.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure, scaled_inertia, strain_rate_of
 from rendulic.dem.servo import drive_for, hold
 from rendulic.errors import NotEquilibrated
 from rendulic.loading.paths import Path
@@ -36,6 +36,8 @@ class Rest:
         Change of the principal stresses in Pa.
     equilibrium : Equilibrium
         The verdict at the end.
+    largest_inertial_number : float
+        Of the walls' motion on the way.
     """
 
     held: str
@@ -43,6 +45,7 @@ class Rest:
     crept: np.ndarray
     relaxed: np.ndarray
     equilibrium: Equilibrium
+    largest_inertial_number: float
 
 
 def bring_to_rest(
@@ -66,6 +69,11 @@ def bring_to_rest(
     strict : bool
         Raise if rest is not reached; otherwise return the verdict.
 
+    Returns
+    -------
+    Rest
+        What it took, and the verdict.
+
     Raises
     ------
     NotEquilibrated
@@ -73,12 +81,12 @@ def bring_to_rest(
     """
     speed = speed or QuasiStatic()
     if isinstance(held, Path):
-        control, stress, name = held.control, held.stress, f"{held.name}, paused"
+        control, name = held.control, f"{held.name}, paused"
+        stress = tuple(own if given is None else given for own, given in zip(held.stress, stress, strict=True))
     else:
         control, name = hold(held), f"constant {held}"
     before, stress_before = np.diag(assembly.strain), np.diag(assembly.stress)
-    pressure = float(stress_before.mean())
-    cap = strain_rate_of(assembly, 10 * speed.inertial_number, pressure)
+    cap = strain_rate_of(assembly, 10 * speed.inertial_number, assembly.pressure)
     drive = drive_for(assembly, control, stress, np.zeros(3), cap)
     done = 0
     verdict = assess(assembly, speed.tolerance, speed.kinetic_tolerance)
@@ -87,12 +95,14 @@ def bring_to_rest(
         error = np.abs(control.stress_basis @ np.diag(assembly.stress) - drive.target)[control.is_stress]
         return bool((error <= 1e-4 * np.abs(drive.target).max()).all())
 
-    calm = 0
+    calm, fastest = 0, 0.0
     with scaled_inertia(assembly, speed):
         while calm < 3 and done < speed.max_rest_steps:
-            assembly.advance(STEPS_PER_LOOK, drive, speed.damping)
+            fastest = max(fastest, advance_and_measure(assembly, STEPS_PER_LOOK, drive, speed.damping))
             assembly.stop_rattlers()
             done += STEPS_PER_LOOK
+            if done % (10 * STEPS_PER_LOOK) == 0:
+                assembly.renew_time_step()
             verdict = assess(assembly, speed.tolerance, speed.kinetic_tolerance)
             calm = calm + 1 if verdict.reached and on_target() else 0
             if calm == 1:
@@ -108,4 +118,5 @@ def bring_to_rest(
             f"no equilibrium ({name}) after {done} steps ({verdict}): allow more steps "
             "(max_rest_steps) or a larger tolerance, or start from a calmer state"
         )
-    return Rest(name, done, np.diag(assembly.strain) - before, np.diag(assembly.stress) - stress_before, verdict)
+    crept, relaxed = np.diag(assembly.strain) - before, np.diag(assembly.stress) - stress_before
+    return Rest(name, done, crept, relaxed, verdict, fastest)

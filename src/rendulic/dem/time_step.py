@@ -15,15 +15,16 @@ __all__ = ["critical_time_step"]
 
 
 def critical_time_step(assembly: Assembly) -> float:
-    """Smallest `2 sqrt(m / sum k_n)` over the grains, in s (theory, section 2).
+    """Smallest `2 sqrt(m / sum k)` over the grains, in s (theory, section 2).
 
     The sum runs over the closed contacts of a grain, walls included, and is at least the stiffness of
     one contact with the largest grain: a free grain may be hit before the next look.
 
     Notes
     -----
-    The true limit lies lower, since both ends of a contact move and turn: two equal grains that
-    shear against each other are stable below 0.58 of this value, which bounds the fraction in use.
+    k is `k_n`, or `k_t / 0.42` where that is more. The true limit lies lower, since both ends of a
+    contact move and turn: two equal grains that shear against each other are stable below
+    `1 / sqrt(7 k_t / k)` of this value, 0.58 at the worst, which bounds the fraction in use.
     """
     sums = np.empty(len(assembly))
     kernels_for(assembly.law).stiffness_sums(

@@ -63,7 +63,7 @@ def circular_diagrams(probes: Mapping[str, xr.Dataset], title: str = "") -> Figu
         row = figure.subplots(1, len(norms), squeeze=False)[0]
         for axes, norm in zip(row, norms, strict=True):
             _draw(axes, {label: data.sel(norm=norm) for label, data in probes.items()})
-            axes.set_title(rf"$\|d\varepsilon\|$ = {norm:.0e}")
+            axes.set_title(rf"$\|d\varepsilon\|$ = {norm:g}")
         row[-1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
         figure.suptitle(title, x=0.02, ha="left")
     return figure

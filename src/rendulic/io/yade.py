@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +46,7 @@ def _fields(path: str | os.PathLike, wanted: tuple[str, ...]) -> dict[str, np.nd
                 raise CorruptFile(f"{path} lacks the field(s) {', '.join(missing)}; it has {', '.join(archive.files)}")
             for name in (*wanted, *(n for n in ("dt",) if n in archive.files)):
                 found[name] = archive[name]
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, KeyError) as error:
         raise CorruptFile(f"{path} is not a readable .npz archive: {error}") from None
     for name in wanted:
         try:
@@ -56,6 +57,10 @@ def _fields(path: str | os.PathLike, wanted: tuple[str, ...]) -> dict[str, np.nd
     for name in ("pos", "rad", "mass", "vel", "angvel"):
         if name in found and len(found[name]) != count:
             raise CorruptFile(f"{path}: field {name} has {len(found[name])} rows, ids has {count}")
+    by_id = np.argsort(found["ids"], kind="stable")
+    for name in ("ids", "pos", "rad", "mass", "vel", "angvel"):
+        if name in found:
+            found[name] = found[name][by_id]
     if found["contacts"].shape[1] < 13:
         raise CorruptFile(f"{path}: field contacts has {found['contacts'].shape[1]} columns, at least 13 are needed")
     return found
@@ -154,7 +159,7 @@ def read(path: str | os.PathLike, law: LinearFrictional | None = None, damping: 
     swap = first > second
     shear = np.where(swap, -1.0, 1.0)[:, None] * fields["contacts"][between, 7:10][:, vector]
     # Yade saves positions after a step and the forces from before it
-    dt = float(fields["dt"]) if "dt" in fields else 0.0
+    dt = float(finite_array("dt", fields["dt"], ())) if "dt" in fields else 0.0
     assembly.set_tangential_forces(np.where(swap, second, first), np.where(swap, first, second), shear, age=dt)
     if dt:
         assembly.set_time_step(dt)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
-from rendulic.checks import positive_number
+from rendulic.checks import finite_array, positive_number
 from rendulic.errors import InvalidInput
 from rendulic.loading.control import Control
 
@@ -21,7 +21,8 @@ class Until:
     Parameters
     ----------
     strain : float
-        Largest principal strain travelled along this path (absolute), always a bound.
+        Axial strain travelled along this path (absolute), always a bound; of the fastest driven axis
+        where the axial one is not driven.
     eta : float, optional
         Stress ratio q/p, reached from the side on which the path starts.
     peak : bool
@@ -68,6 +69,12 @@ class Path:
     strain_rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
     stress: tuple[float | None, float | None, float | None] = (None, None, None)
     until: Until = field(default_factory=Until)
+
+    def __post_init__(self) -> None:
+        finite_array("strain_rate of a path", self.strain_rate, (3,))
+        finite_array("stress of a path", [value for value in self.stress if value is not None], (None,))
+        if len(self.stress) != 3:
+            raise InvalidInput(f"a path has three stresses (None holds the present one), got {self.stress!r}")
 
     @property
     def is_driven(self) -> bool:

@@ -56,6 +56,9 @@ def contact_work(before: Snapshot, after: Snapshot) -> ContactWork:
         raise InvalidInput(
             f"before and after must hold the same grains: {before.n_grains} grains before, {after.n_grains} after"
         )
+    if not np.allclose(before.radius, after.radius, rtol=1e-6):
+        different = int((~np.isclose(before.radius, after.radius, rtol=1e-6)).sum())
+        raise InvalidInput(f"before and after must hold the same grains in the same order: {different} radii differ")
     n_bodies = before.n_grains + 6
     key_before, force_before = _keyed(before, n_bodies)
     key_after, force_after = _keyed(after, n_bodies)

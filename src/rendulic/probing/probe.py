@@ -26,7 +26,7 @@ __all__ = ["probe"]
 MACRO = {
     "w2_macro": ("second-order work d_sigma : d_eps (Cauchy)", "J/m3"),
     "w2_normalised": ("normalised second-order work", "1"),
-    "w2_drift": ("part of w2_macro that the null probe's stress drift makes", "J/m3"),
+    "w2_drift": ("part of w2_macro that the null probe's drift makes", "J/m3"),
     "w2_normalised_without_drift": ("normalised second-order work, null probe subtracted", "1"),
 }
 MICRO = {
@@ -54,7 +54,8 @@ def probe(
     """Second-order work of a state in many directions; the specimen itself is left as it was.
 
     1. The state is saved once; every direction starts from it, and so does a null probe of zero
-       increment and equal duration, whose stress drift is reported with every value.
+       increment and equal duration, whose drift (in stress, or in strain for stress probes) is reported
+       with every value.
     2. The increment grows at constant rate. A sequence of norms is one sweep: each direction is
        followed to the largest norm and read where it passes the others.
     3. For specimens with grains the micro terms and the identity residual come along.
@@ -80,7 +81,8 @@ def probe(
     -------
     xarray.Dataset
         Dimensions `alpha` (degrees), `component`, for grains `contact_class`, and `norm` if a
-        sequence was given. A sign is `is_significant` where |w2_macro| exceeds |w2_drift|.
+        sequence was given. A sign is `is_significant` where |w2_macro| exceeds |w2_drift|. A stress that the
+        state cannot carry is not `is_reached`: the values are then those of the increment that was.
 
     Raises
     ------
@@ -137,13 +139,18 @@ def _dataset(
         return np.array([[pick(reading) for reading in readings] for readings in probes]).swapaxes(0, 1)
 
     d_sigma, d_eps = stacked(lambda r: r["d_sigma"]), stacked(lambda r: r["d_eps"])
-    drift = np.array([reading["d_sigma"] for reading in null])[:, None, :]
+    # a strain probe drifts in stress, a stress probe in strain
+    sigma_drift = np.array([reading["d_sigma"] for reading in null])[:, None, :]
+    eps_drift = np.array([reading["d_eps"] for reading in null])[:, None, :]
+    without = (d_sigma - sigma_drift, d_eps - eps_drift)
     values = {
         "w2_macro": (d_sigma * d_eps).sum(axis=-1),
         "w2_normalised": normalised(d_sigma, d_eps),
-        "w2_drift": (drift * d_eps).sum(axis=-1),
-        "w2_normalised_without_drift": normalised(d_sigma - drift, d_eps),
+        "w2_drift": (d_sigma * d_eps).sum(axis=-1) - (without[0] * without[1]).sum(axis=-1),
+        "w2_normalised_without_drift": normalised(*without),
     }
+    asked = norms[:, None, None] * directions.increments(1.0)
+    error = np.linalg.norm((d_eps if kind == "strain" else d_sigma) - asked, axis=-1)
     labels = dict(MACRO)
     axes = ("norm", "alpha")
     variables: dict[str, Any] = {
@@ -155,8 +162,18 @@ def _dataset(
         ),
         "d_sigma_null": (
             ("norm", "component"),
-            drift[:, 0, :],
+            sigma_drift[:, 0, :],
             {"long_name": "principal stress drift of the null probe", "units": "Pa"},
+        ),
+        "d_eps_null": (
+            ("norm", "component"),
+            eps_drift[:, 0, :],
+            {"long_name": "principal strain drift of the null probe", "units": "1"},
+        ),
+        "is_reached": (
+            axes,
+            error <= 0.05 * norms[:, None],
+            {"long_name": f"{kind} asked for was reached within 5 % of its norm"},
         ),
         "is_significant": (
             axes,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from importlib import resources
+from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
@@ -25,7 +26,7 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Specimen(Section):
+class Packing(Section):
     """The packing (paper, section 4.1)."""
 
     n_grains: int = Field(ge=20, description="number of spheres")
@@ -64,8 +65,12 @@ class Loading(Section):
     @field_validator("eta")
     @classmethod
     def _increasing(cls, eta: tuple[float, ...]) -> tuple[float, ...]:
-        if not eta or list(eta) != sorted(set(eta)) or eta[0] < 0 or eta[-1] >= 3:
-            raise ValueError("stress ratios must be increasing numbers between 0 and 3")
+        if not eta or not all(0.0 <= value < 3.0 for value in eta):
+            raise ValueError("stress ratios must be numbers between 0 and 3")
+        if any(later - earlier < 0.01 for earlier, later in pairwise(eta)):
+            raise ValueError(
+                "stress ratios must increase by at least 0.01, twice the tolerance to which they are reached"
+            )
         return eta
 
     def speed(self) -> QuasiStatic:
@@ -100,7 +105,7 @@ class Probes(Section):
 class GrainStudy(Section):
     """A specimen, its loading, and the probes of the states on the way."""
 
-    specimen: Specimen
+    specimen: Packing
     contact: Contact = Contact()
     loading: Loading
     probes: Probes = Probes()

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from rendulic import figures
+from rendulic import __version__, figures
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.dem.growth import pack
 from rendulic.dem.rest import bring_to_rest
-from rendulic.errors import DidNotConverge, InvalidInput, one_of
+from rendulic.errors import DidNotConverge, InvalidInput, RendulicError, one_of
 from rendulic.io.tables import read_dataset, write_dataset
 from rendulic.loading import directions, paths
 from rendulic.probing.probe import probe
@@ -24,6 +26,7 @@ from rendulic.progress import Progress, silent
 from rendulic.state import State
 from rendulic.study.config import GrainStudy
 from rendulic.tensors.invariants import deviatoric_stress, mean_stress
+from rendulic.whole_file import whole_file, writable_folder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["FIGURES", "Reproduction", "reproduce"]
 
 FIGURES = ("fig1", "fig2", "fig3", "fig4")
+RESULTS_SCHEMA = 1  # raised with every change of results: older stages are then not reused
 
 
 @dataclass(frozen=True)
@@ -94,41 +98,72 @@ def reproduce(
 
     wanted = [one_of(name, FIGURES, "figure") for name in wanted]
     folder = _claim(Path(folder), study)
-    sample = _specimen(study, folder, stage("specimen"))
+    sample, made = _specimen(study, folder, stage("specimen"))
     etas = study.loading.eta
-    curves = [_state(study, folder, sample, eta, stage(f"shear to eta = {eta:g}")) for eta in etas]
+    curves, probes = [], []
+    fresh = []  # whether a state was made now: what follows from it is then made again, too
+    for eta in etas:
+        curve, made = _state(study, folder, sample, eta, made, stage(f"shear to eta = {eta:g}"))
+        curves.append(curve)
+        fresh.append(made)
+    needs_curve, needs_probes = {"fig1", "fig2"} & set(wanted), {"fig3", "fig4"} & set(wanted)
+    left = study.loading.axial_strain - float(sample.strain[0, 0])
+    if needs_curve and left <= 0.0:
+        raise InvalidInput(
+            f"axial_strain = {study.loading.axial_strain:g} ends before the last state, at {sample.strain[0, 0]:.4f}"
+        )
+    stop = Event()
     with ThreadPoolExecutor(max_workers=1) as beside:
-        if "fig1" in wanted or "fig2" in wanted:
-            final = beside.submit(_final_curve, study, folder, stage("shear to the end"))
-        probes = [_probes(study, folder, eta, workers, stage(f"probes at eta = {eta:g}")) for eta in etas]
-        whole = xr.concat([*curves, final.result()], "record") if "fig1" in wanted or "fig2" in wanted else None
+        try:
+            if needs_curve:
+                progress = _stoppable(stage("shear to the end"), stop)
+                final = beside.submit(_final_curve, study, folder, sample.clone(), left, made, progress)
+            if needs_probes:
+                probes = [
+                    _probes(study, folder, eta, now, workers, stage(f"probes at eta = {eta:g}"))
+                    for eta, now in zip(etas, fresh, strict=True)
+                ]
+            whole = xr.concat([*curves, final.result()], "record", combine_attrs="drop") if needs_curve else None
+        except BaseException:
+            stop.set()
+            raise
     table = _table(study, folder, curves, probes)
     write_dataset(table, folder / "table.nc")
     return Reproduction(folder, _draw(study, folder, wanted, whole, table, probes), table)
 
 
+def _stoppable(progress: Progress, stop: Event) -> Progress:
+    """A progress callback that ends the work it belongs to once `stop` is set."""
+
+    def show(done: float, total: float, note: str = "") -> None:
+        if stop.is_set():
+            raise RendulicError("stopped, because another stage ended early")
+        progress(done, total, note)
+
+    return show
+
+
 def _claim(folder: Path, study: GrainStudy) -> Path:
     """Make the folder this study's own."""
-    record = folder / "study.json"
-    text = study.model_dump_json(indent=1)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if record.exists():
-            if record.read_text(encoding="utf-8") != text:
-                raise InvalidInput(
-                    f"{folder} holds the results of another study (see {record.name} in it): choose another folder"
-                )
-        else:
-            record.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput(f"cannot write to {folder}: {error.strerror or error}") from None
+    record = writable_folder(folder) / "study.json"
+    own = {"rendulic": __version__, "results": RESULTS_SCHEMA, "study": study.model_dump(mode="json")}
+    found = record.read_text(encoding="utf-8") if record.exists() else None
+    text = json.dumps(own, indent=1)
+    if found is None:
+        with whole_file(record) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    elif found != text:
+        raise InvalidInput(
+            f"{folder} holds the results of another study or version (see {record.name} in it): choose another folder"
+        )
     return folder
 
 
-def _specimen(study: GrainStudy, folder: Path, progress: Progress) -> Assembly:
+def _specimen(study: GrainStudy, folder: Path, progress: Progress) -> tuple[Assembly, bool]:
+    """The packing, and whether it was made now."""
     path = folder / "specimen.h5"
     if path.exists():
-        return Assembly.from_state(State.from_file(path))
+        return Assembly.from_state(State.from_file(path)), False
     what = study.specimen
     sample = pack(
         what.n_grains,
@@ -144,22 +179,25 @@ def _specimen(study: GrainStudy, folder: Path, progress: Progress) -> Assembly:
         progress=progress,
     )
     sample.save().to_file(path)
-    return sample
+    return sample, True
 
 
 def _file(folder: Path, what: str, eta: float, suffix: str) -> Path:
     return folder / f"{what}_eta_{eta:.3f}.{suffix}"
 
 
-def _state(study: GrainStudy, folder: Path, sample: Assembly, eta: float, progress: Progress) -> xr.Dataset:
-    """Load to a stress ratio and bring it to rest, or find that done; the curve up to there."""
+def _state(
+    study: GrainStudy, folder: Path, sample: Assembly, eta: float, anew: bool, progress: Progress
+) -> tuple[xr.Dataset, bool]:
+    """Load to a stress ratio and bring it to rest, or find that done; the curve, and whether it was made now."""
     state_path, curve_path = _file(folder, "state", eta, "h5"), _file(folder, "curve", eta, "nc")
-    if state_path.exists() and curve_path.exists():
+    if not anew and state_path.exists() and curve_path.exists():
         sample.restore(State.from_file(state_path))
-        return read_dataset(curve_path)
+        return read_dataset(curve_path), False
     speed = study.loading.speed()
     lateral = study.specimen.pressure_pa
-    path = paths.drained_triaxial(study.loading.axial_strain, until_eta=eta, lateral_stress=lateral)
+    left = study.loading.axial_strain - float(sample.strain[0, 0])
+    path = paths.drained_triaxial(left, until_eta=eta, lateral_stress=lateral)
     curve = sample.load(path, speed=speed, progress=progress)
     if curve.attrs["stopped_by"] != "eta":
         raise DidNotConverge(
@@ -170,29 +208,27 @@ def _state(study: GrainStudy, folder: Path, sample: Assembly, eta: float, progre
     curve.attrs |= {"rest": "test paused, then constant stress", "crept": rest.crept.tolist()}
     sample.save().to_file(state_path)
     write_dataset(curve, curve_path)
-    return curve
+    return curve, True
 
 
-def _final_curve(study: GrainStudy, folder: Path, progress: Progress) -> xr.Dataset:
+def _final_curve(
+    study: GrainStudy, folder: Path, sample: Assembly, left: float, anew: bool, progress: Progress
+) -> xr.Dataset:
     """The compression from the last state to the final strain."""
     path = folder / "curve_final.nc"
-    if path.exists():
+    if path.exists() and not anew:
         return read_dataset(path)
-    sample = Assembly.from_state(State.from_file(_file(folder, "state", study.loading.eta[-1], "h5")))
-    left = study.loading.axial_strain - float(sample.strain[0, 0])
-    if left <= 0.0:
-        raise InvalidInput(
-            f"axial_strain = {study.loading.axial_strain:g} ends before the last state, at {sample.strain[0, 0]:.4f}"
-        )
     path_left = paths.drained_triaxial(left, lateral_stress=study.specimen.pressure_pa)
     curve = sample.load(path_left, speed=study.loading.speed(), progress=progress)
     write_dataset(curve, path)
     return curve
 
 
-def _probes(study: GrainStudy, folder: Path, eta: float, workers: int | None, progress: Progress) -> xr.Dataset:
+def _probes(
+    study: GrainStudy, folder: Path, eta: float, anew: bool, workers: int | None, progress: Progress
+) -> xr.Dataset:
     path = _file(folder, "probes", eta, "nc")
-    if path.exists():
+    if path.exists() and not anew:
         return read_dataset(path)
     sample = Assembly.from_state(State.from_file(_file(folder, "state", eta, "h5")))
     sample.damping = study.probes.damping
@@ -207,8 +243,6 @@ def _table(study: GrainStudy, folder: Path, curves: list[xr.Dataset], probes: li
     import xarray as xr
 
     samples = [Assembly.from_state(State.from_file(_file(folder, "state", eta, "h5"))) for eta in study.loading.eta]
-    answers = xr.concat(probes, "state", data_vars="all")
-    worst = answers.w2_normalised.argmin("alpha")
     stresses = np.array([sample.stress for sample in samples])
     columns = {
         "eta": ("stress ratio at rest", "1", [sample.eta for sample in samples]),
@@ -231,11 +265,19 @@ def _table(study: GrainStudy, folder: Path, curves: list[xr.Dataset], probes: li
     }
     table = xr.Dataset({name: ("state", np.array(values), {"long_name": label, "units": unit})
                         for name, (label, unit, values) in columns.items()})  # fmt: skip
-    table["smallest_w2n"] = answers.w2_normalised.min("alpha")
-    table["smallest_w2n_alpha"] = answers.alpha[worst].drop_vars("alpha")
-    table["smallest_w2n_is_significant"] = answers.is_significant.isel(alpha=worst).drop_vars("alpha")
-    table["largest_identity_residual"] = answers.identity_residual.max("alpha")
-    return table.drop_vars("component", errors="ignore")
+    if not probes:
+        return table
+    answers = xr.concat(probes, "state", data_vars="all", combine_attrs="drop")
+    worst = answers.w2_normalised.argmin("alpha")
+    found = {
+        "smallest_w2n": ("smallest normalised second-order work", "1", answers.w2_normalised.isel(alpha=worst)),
+        "smallest_w2n_alpha": ("its direction", "degree", answers.alpha[worst]),
+        "smallest_w2n_is_significant": ("larger than the drift", "1", answers.is_significant.isel(alpha=worst)),
+        "largest_identity_residual": ("error of the micro-macro identity", "1", answers.identity_residual.max("alpha")),
+    }
+    for name, (label, unit, values) in found.items():
+        table[name] = values.drop_vars("alpha", errors="ignore").assign_attrs(long_name=label, units=unit)
+    return table
 
 
 def _draw(
@@ -248,10 +290,9 @@ def _draw(
 ) -> dict[str, list[Path]]:
     states = table.swap_dims(state="record") if "state" in table.dims else table
     norm = study.probes.diagram_norm
-    last = probes[-1].sel(norm=norm)
-    labels = [f"$\\eta$ = {float(eta):.2f}" for eta in table.eta]
+    labels = [f"$\\eta$ = {eta:g}" for eta in study.loading.eta]
     grains = f"{study.specimen.n_grains} grains"
-    size = f"{grains}, strain probes of norm {norm:.0e}"
+    size = f"{grains}, strain probes of norm {norm:g}"
     makers: dict[str, dict[str, Callable[[], Figure]]] = {
         "fig1": {"fig1": lambda: figures.deviatoric_stress(cast("xr.Dataset", curve), states)},
         "fig2": {"fig2": lambda: figures.volume_change(cast("xr.Dataset", curve), states)},
@@ -261,7 +302,7 @@ def _draw(
             ),
             "fig3_amplitudes": lambda: figures.circular_diagrams(dict(zip(labels, probes, strict=True)), grains),
         },
-        "fig4": {"fig4": lambda: figures.macro_micro(last, f"{labels[-1]}, {size}")},
+        "fig4": {"fig4": lambda: figures.macro_micro(probes[-1].sel(norm=norm), f"{labels[-1]}, {size}")},
     }
     return {
         name: [path for file, make in makers[name].items() for path in figures.save(make(), folder, file)]

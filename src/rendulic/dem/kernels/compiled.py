@@ -6,6 +6,7 @@ import hashlib
 import inspect
 from collections.abc import Callable
 from functools import cache
+from threading import Lock
 from types import FunctionType, SimpleNamespace
 
 import numba
@@ -36,7 +37,11 @@ KERNELS = (
 
 def kernels_for(law: ContactLaw) -> SimpleNamespace:
     """Return `advance`, `finish_step`, `move_grains`, ... compiled with the functions of `law`."""
-    return _kernels(law.stiffness, law.wall_stiffness, law.contact_force, law.elastic_energy)
+    with _lock:
+        return _kernels(law.stiffness, law.wall_stiffness, law.contact_force, law.elastic_energy)
+
+
+_lock = Lock()
 
 
 @cache

@@ -21,6 +21,7 @@ from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_s
 from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
 
 FRICTION, DAMPING, BOUNDARY = 0, 1, 2  # places in the array of energies spent
+SHEAR_RATIO = 0.42  # k_t / k_n up to which normal stiffness decides the time step
 
 
 def damped(force, velocity, half_impulse, damping):
@@ -86,7 +87,8 @@ def contact_forces(grains, contacts, dt, parameters, spent):
         if distance2 >= reach * reach:
             if held[c, 0] != 0.0:
                 k_n, k_t = law_stiffness(r1, r2, parameters)
-                lost += 0.5 * (held[c, 1] ** 2 + held[c, 2] ** 2 + held[c, 3] ** 2) / k_t
+                tangential = sqrt(held[c, 1] ** 2 + held[c, 2] ** 2 + held[c, 3] ** 2)
+                lost += law_elastic_energy(0.0, tangential, k_n, k_t)
                 held[c, 0] = 0.0
                 held[c, 1] = 0.0
                 held[c, 2] = 0.0
@@ -310,9 +312,10 @@ def finish_step(grains, contacts, walls, wall_contacts, dt, parameters, spent, s
 
 
 def stiffness_sums(grains, contacts, wall_contacts, parameters, sums):
-    """Sum the normal stiffnesses of each grain's closed contacts, walls included, into `sums` (n,).
+    """Sum the stiffnesses of each grain's closed contacts, walls included, into `sums` (n,).
 
-    A sum is at least the stiffness of one contact with the largest grain.
+    A contact counts with `k_n`, or with `k_t / 0.42` if that is more: the stability of two grains that
+    shear against each other depends on `k_t`. A sum is at least one contact with the largest grain.
     """
     row = grains.row
     largest = 0.0
@@ -323,15 +326,16 @@ def stiffness_sums(grains, contacts, wall_contacts, parameters, sums):
         if contacts.force[c, 0] > 0.0:
             i, j = contacts.first[c], contacts.second[c]
             k_n, k_t = law_stiffness(row[i, RADIUS], row[j, RADIUS], parameters)
-            sums[i] += k_n
-            sums[j] += k_n
+            stiffest = max(k_n, k_t / SHEAR_RATIO)
+            sums[i] += stiffest
+            sums[j] += stiffest
     for c in range(wall_contacts.grain.shape[0]):
         if wall_contacts.force[c] > 0.0:
             i = wall_contacts.grain[c]
             sums[i] += law_wall_stiffness(row[i, RADIUS], parameters)
     for i in range(row.shape[0]):
-        k_n, _k_t = law_stiffness(row[i, RADIUS], largest, parameters)
-        sums[i] = max(sums[i], k_n)
+        k_n, k_t = law_stiffness(row[i, RADIUS], largest, parameters)
+        sums[i] = max(sums[i], k_n, k_t / SHEAR_RATIO)
 
 
 def stored_energy(grains, contacts, wall_contacts, parameters):

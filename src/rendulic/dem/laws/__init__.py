@@ -17,7 +17,8 @@ class ContactLaw(Protocol):
     """What the engine needs of a contact law; `LinearFrictional` documents each member.
 
     The functions must be plain Python that numba can compile, without global state; they get
-    `parameters` (a tuple of floats) as their last argument.
+    `parameters` (a tuple of floats) as their last argument. `contact_force` is called while two grains
+    overlap and must return a normal force above zero: zero marks a pair without contact.
     """
 
     @property

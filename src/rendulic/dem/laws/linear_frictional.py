@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import sqrt
 
+from rendulic.checks import positive_number
 from rendulic.errors import InvalidInput, one_of
 
 __all__ = ["LinearFrictional"]
@@ -123,11 +124,12 @@ class LinearFrictional:
     def __post_init__(self) -> None:
         one_of(self.stiffness_rule, STIFFNESS_RULES, "stiffness rule")
         for name in ("modulus", "tangential_ratio"):
-            value = getattr(self, name)
-            if not (isfinite(value) and value > 0.0):
-                raise InvalidInput(f"{name} must be a positive number, got {value!r}")
-        if not (isfinite(self.friction) and self.friction >= 0.0):
-            raise InvalidInput(f"friction must be zero or a positive number, got {self.friction!r}")
+            object.__setattr__(self, name, positive_number(name, getattr(self, name)))
+        if self.friction != 0.0:
+            try:
+                object.__setattr__(self, "friction", positive_number("friction", self.friction))
+            except InvalidInput:
+                raise InvalidInput(f"friction must be zero or a positive number, got {self.friction!r}") from None
 
     @property
     def parameters(self) -> tuple[float, float, float]:
