@@ -128,12 +128,17 @@ def test_given_directions_are_checked(alpha):
     ids=["drained", "constant volume", "proportional", "constant p", "extension"],
 )
 def test_paths_hold_what_they_say(packed, fast, path, fixed):
-    """What a path fixes stays fixed: kinematics within 0.1 % of the strain, stresses by the servo within 3 %."""
+    """What a path fixes stays fixed: kinematics within 0.1 % of the strain, stresses by the servo within 3 %.
+
+    An imposed axial strain ends where it was told to. At constant p the axial strain also follows the
+    servo, which may overshoot in the burst of rearrangement that ends the path.
+    """
     before = np.diag(packed.strain)
     curve = packed.load(path, speed=fast)
     assert curve.attrs["stopped_by"] == "strain"
     d_eps = np.diag(packed.strain) - before
-    assert_allclose(abs(d_eps[0]), 1e-3, rtol=0.1)
+    overshoot = 0.5 if path.name == "constant p" else 1e-3
+    assert 0.999e-3 <= abs(d_eps[0]) <= (1 + overshoot) * 1e-3
     assert np.abs(fixed(d_eps, np.diag(packed.stress))).max() < 0.03
     assert curve.eps_1.attrs["units"] == "1"
     assert np.sign(d_eps[0]) == np.sign(path.strain_rate[0])
