@@ -1,0 +1,21 @@
+"""The examples run."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.glob("*.py"))])
+def test_example(name, tmp_path, capsys):
+    """Each example's `main` makes its picture, here with few grains."""
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    example.main(str(tmp_path), n_grains=80)
+    assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+    assert "smallest W2n" in capsys.readouterr().out
