@@ -104,7 +104,7 @@ class Assembly:
         self.contacts, self.wall_contacts = self._candidates(None)
         self._refuse_deep_overlaps()
         self._compute_forces()
-        self.time_step = 0.0
+        self.time_step, self.has_fixed_time_step = 0.0, False
         self.set_time_step(time_step)
 
     # -- what it is ------------------------------------------------------------------------------
@@ -207,16 +207,15 @@ class Assembly:
             If it is not positive, or above 0.58 of the critical one.
         """
         critical = critical_time_step(self)
-        self.has_fixed_time_step = time_step is not None
         if time_step is None:
-            self.time_step = self.time_step_fraction * critical
+            self.time_step, self.has_fixed_time_step = self.time_step_fraction * critical, False
             return
         if not (isfinite(time_step) and 0.0 < time_step <= 0.58 * critical):
             raise UnstableTimeStep(
                 f"time step must be positive and at most {0.58 * critical:.3g} s (0.58 of the critical one for the "
                 f"present contacts), got {time_step!r}"
             )
-        self.time_step = float(time_step)
+        self.time_step, self.has_fixed_time_step = float(time_step), True
 
     def renew_time_step(self) -> None:
         """Take the time step that the present contacts allow, or check the one that was fixed."""

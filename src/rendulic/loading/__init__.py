@@ -1,0 +1,1 @@
+"""What is controlled, along which path, in which directions."""

@@ -1,0 +1,1 @@
+"""Probing a specimen, and the second-order work of an increment."""

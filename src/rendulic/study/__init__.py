@@ -1,0 +1,1 @@
+"""Studies: what they consist of, and the stages that carry them out."""
