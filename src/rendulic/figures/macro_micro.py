@@ -52,8 +52,8 @@ def macro_micro(probes: xr.Dataset, title: str = "") -> Figure:
             label=r"inertial term $\sum_p \delta f\cdot\delta x\,/\,V$",
         )
         upper.set_ylabel(r"$W_2$  [J/m$^3$]")
-        upper.set_title(title)
-        upper.legend(loc="best")
+        figure.suptitle(title)
+        upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         largest = float(abs(data.w2_boundary).max())
         lower.plot(alpha, 100 * (data.w2_paper - data.w2_boundary) / largest, "x-", ms=4, lw=0.8, color=COLOURS[2],
                    label="paper's form")  # fmt: skip
