@@ -44,6 +44,12 @@ def packed_state():
 
 
 @pytest.fixture(scope="session")
+def dense_state():
+    """Two hundred grains packed without friction: dense, so that loading them does not go in bursts."""
+    return rd.dem.pack(n_grains=200, radius=(6e-3, 12e-3), seed=3, speed=FAST, growth_friction=0.0).save()
+
+
+@pytest.fixture(scope="session")
 def sheared_state(packed_state):
     """The same grains after 1 % of drained compression, at rest: sliding contacts and shear forces."""
     sample = rd.dem.Assembly.from_state(packed_state)

@@ -127,17 +127,18 @@ def test_given_directions_are_checked(alpha):
     ],
     ids=["drained", "constant volume", "proportional", "constant p", "extension"],
 )
-def test_paths_hold_what_they_say(packed, fast, path, fixed):
+def test_paths_hold_what_they_say(dense_state, fast, path, fixed):
     """What a path fixes stays fixed: kinematics within 0.1 % of the strain, stresses by the servo within 3 %.
 
-    An imposed axial strain ends where it was told to. At constant p the axial strain also follows the
-    servo, which may overshoot in the burst of rearrangement that ends the path.
+    An imposed axial strain ends where it was told to; at constant p it also follows the servo. The packing is
+    dense: a loose one of so few grains may be caught in the middle of a collapse.
     """
+    packed = rd.dem.Assembly.from_state(dense_state)
     before = np.diag(packed.strain)
     curve = packed.load(path, speed=fast)
     assert curve.attrs["stopped_by"] == "strain"
     d_eps = np.diag(packed.strain) - before
-    overshoot = 0.5 if path.name == "constant p" else 1e-3
+    overshoot = 0.1 if path.name == "constant p" else 1e-3
     assert 0.999e-3 <= abs(d_eps[0]) <= (1 + overshoot) * 1e-3
     assert np.abs(fixed(d_eps, np.diag(packed.stress))).max() < 0.03
     assert curve.eps_1.attrs["units"] == "1"
