@@ -171,3 +171,18 @@ def test_kernels_without_the_compiler(sheared_state, tmp_path):
     assert_allclose(plain["row"][:, :3], compiled["row"][:, :3], rtol=1e-14)
     assert_allclose(plain["walls"], compiled["walls"], rtol=1e-14)
     assert_allclose(plain["spent"], compiled["spent"], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "stresses", [np.eye(3), [[1, -0.5, -0.5], [1 / 3] * 3, [0, 1, -1]]], ids=["identity", "p and q"]
+)
+def test_kernels_get_arrays_in_c_order_only(sheared_state, stresses):
+    """One memory layout, one compiled signature: a transposed basis once reached code compiled for the other order."""
+    from rendulic.dem.servo import drive_for
+
+    sample = rd.dem.Assembly.from_state(sheared_state)
+    control = rd.Control.of_stresses(stresses, ("strain", "stress", "stress"))
+    drive = drive_for(sample, control, (None,) * 3, np.zeros(3), 1.0)
+    for group in (drive, sample.grains, sample.contacts, sample.walls, sample.wall_contacts):
+        for name, array in group._asdict().items():
+            assert array.flags.c_contiguous, f"{type(group).__name__}.{name}"

@@ -23,7 +23,7 @@ def drive_for(assembly: Assembly, control: Control, stress, rate, cap: float) ->
     strain rate of the servo.
     """
     basis = np.asarray(control.strain_basis, dtype=float)
-    conjugate = control.stress_basis
+    conjugate = control.stress_basis  # C order, as all that goes into kernels: one signature, compiled once
     present = conjugate @ np.diag(assembly.stress)
     target = np.array([now if want is None else want for want, now in zip(stress, present, strict=True)], dtype=float)
     return Drive(

@@ -73,7 +73,7 @@ class Control:
     @property
     def stress_basis(self) -> np.ndarray:
         """(3, 3) rows that give the conjugate stresses from the principal stresses."""
-        return np.linalg.inv(np.asarray(self.strain_basis)).T
+        return np.ascontiguousarray(np.linalg.inv(np.asarray(self.strain_basis)).T)
 
     @property
     def is_stress(self) -> np.ndarray:
