@@ -45,7 +45,7 @@ def packed_state():
 
 @pytest.fixture(scope="session")
 def dense_state():
-    """Two hundred grains packed without friction: dense, so that loading them does not go in bursts."""
+    """Two hundred grains packed without friction, hence dense."""
     return rd.dem.pack(n_grains=200, radius=(6e-3, 12e-3), seed=3, speed=FAST, growth_friction=0.0).save()
 
 
