@@ -41,6 +41,7 @@ __version__ = "0.1.0"
 
 # public name -> module, or (module, attribute); loaded on first use, so that importing is quick
 _PUBLIC: dict[str, str | tuple[str, str]] = {
+    "chang_hicher": "rendulic.chang_hicher",
     "dem": "rendulic.dem",
     "directions": "rendulic.loading.directions",
     "errors": "rendulic.errors",
@@ -49,11 +50,14 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "micro": "rendulic.micro",
     "paths": "rendulic.loading.paths",
     "tensors": "rendulic.tensors",
+    "ChangHicher": ("rendulic.chang_hicher.model", "ChangHicher"),
+    "Cone": ("rendulic.probing.cone", "Cone"),
     "Control": ("rendulic.loading.control", "Control"),
     "RendulicError": ("rendulic.errors", "RendulicError"),
     "Snapshot": ("rendulic.snapshot", "Snapshot"),
     "Specimen": ("rendulic.specimen", "Specimen"),
     "State": ("rendulic.state", "State"),
+    "instability_cone": ("rendulic.probing.cone", "instability_cone"),
     "probe": ("rendulic.probing.probe", "probe"),
     "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
 }
@@ -61,10 +65,12 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
 __all__ = [*_PUBLIC, "__version__"]
 
 if TYPE_CHECKING:
-    from rendulic import dem, errors, figures, io, micro, tensors
+    from rendulic import chang_hicher, dem, errors, figures, io, micro, tensors
+    from rendulic.chang_hicher.model import ChangHicher
     from rendulic.errors import RendulicError
     from rendulic.loading import directions, paths
     from rendulic.loading.control import Control
+    from rendulic.probing.cone import Cone, instability_cone
     from rendulic.probing.probe import probe
     from rendulic.probing.second_order_work import second_order_work
     from rendulic.snapshot import Snapshot

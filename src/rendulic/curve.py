@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
     from rendulic.specimen import Specimen
 
-__all__ = ["CurveRecorder"]
+__all__ = ["COLUMNS", "CurveRecorder", "labelled_curve", "stress_columns"]
 
 QUASI_STATIC_LIMIT = 1e-4  # of the inertial number; theory, section 2
 
@@ -31,6 +32,7 @@ COLUMNS = {
     "inertial_number": ("inertial number of the loading rate", "1"),
     "unbalanced_force": ("mean resultant over mean contact force", "1"),
     "porosity": ("porosity", "1"),
+    "void_ratio": ("void ratio", "1"),
     "n_contacts": ("closed contacts", "1"),
     "time": ("time", "s"),
 }
@@ -45,14 +47,7 @@ class CurveRecorder:
 
     def add(self, specimen: Specimen, **extra: float) -> None:
         """Record stress and strain of `specimen`, what else it knows of itself, and `extra`."""
-        sigma, eps = specimen.stress, specimen.strain
-        row = {f"eps_{k + 1}": eps[k, k] for k in range(3)} | {f"sigma_{k + 1}": sigma[k, k] for k in range(3)}
-        row |= {
-            "eps_v": float(volumetric_strain(eps)),
-            "p": float(mean_stress(sigma)),
-            "q": float(deviatoric_stress(sigma)),
-            "eta": float(stress_ratio(sigma)),
-        }
+        row = {name: float(value) for name, value in stress_columns(specimen.stress, specimen.strain).items()}
         for name in ("porosity", "n_contacts", "time"):
             if hasattr(specimen, name):
                 row[name] = getattr(specimen, name)
@@ -60,17 +55,36 @@ class CurveRecorder:
 
     def dataset(self, **attributes) -> xr.Dataset:
         """The curve so far, dimension `record`; `attributes` are stored with it."""
-        import xarray as xr
+        names = [name for name in COLUMNS if self._rows and all(name in row for row in self._rows)]
+        columns = {name: np.array([row[name] for row in self._rows], dtype=float) for name in names}
+        curve = labelled_curve(self.name, columns, **attributes)
+        if "inertial_number" in columns:
+            largest = float(columns["inertial_number"].max())
+            curve.attrs["largest_inertial_number"] = largest
+            curve.attrs["is_quasi_static"] = int(largest <= QUASI_STATIC_LIMIT)
+            curve.attrs["largest_unbalanced_force"] = float(columns["unbalanced_force"].max())
+        return curve
 
-        variables = {}
-        for name, (long_name, units) in COLUMNS.items():
-            if self._rows and all(name in row for row in self._rows):
-                values = np.array([row[name] for row in self._rows], dtype=float)
-                variables[name] = ("record", values, {"long_name": long_name, "units": units})
-        attributes = {"path": self.name, "sign": "compression and contraction positive"} | attributes
-        if "inertial_number" in variables:
-            largest = float(variables["inertial_number"][1].max())
-            attributes["largest_inertial_number"] = largest
-            attributes["is_quasi_static"] = int(largest <= QUASI_STATIC_LIMIT)
-            attributes["largest_unbalanced_force"] = float(variables["unbalanced_force"][1].max())
-        return xr.Dataset(variables, attrs=attributes)
+
+def labelled_curve(path_name: str, columns: Mapping[str, np.ndarray], **attributes) -> xr.Dataset:
+    """Columns of `COLUMNS`, each of one length, as a curve with units; `attributes` are stored with it."""
+    import xarray as xr
+
+    variables = {
+        name: ("record", columns[name], {"long_name": long_name, "units": units})
+        for name, (long_name, units) in COLUMNS.items()
+        if name in columns
+    }
+    return xr.Dataset(variables, attrs={"path": path_name, "sign": "compression and contraction positive"} | attributes)
+
+
+def stress_columns(sigma: np.ndarray, eps: np.ndarray) -> dict[str, np.ndarray]:
+    """The columns that follow from stresses and strains (..., 3, 3)."""
+    columns = {f"eps_{k + 1}": eps[..., k, k] for k in range(3)}
+    columns |= {f"sigma_{k + 1}": sigma[..., k, k] for k in range(3)}
+    return columns | {
+        "eps_v": volumetric_strain(eps),
+        "p": mean_stress(sigma),
+        "q": deviatoric_stress(sigma),
+        "eta": stress_ratio(sigma),
+    }

@@ -41,8 +41,8 @@ def test_changes_replace_values():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"specimen": {"seeed": 2}}, "specimen.seeed: Extra inputs are not permitted"),
-        ({"specimn": {"seed": 2}}, "specimn: Extra inputs are not permitted"),
+        ({"specimen": {"seeed": 2}}, "specimen.seeed: there is no such entry; did you mean 'seed'?"),
+        ({"specimn": {"seed": 2}}, "specimn: there is no such entry; did you mean 'specimen'?"),
         ({"specimen": {"seed": -2}}, "specimen.seed"),
         ({"specimen": {"n_grains": "many"}}, "specimen.n_grains"),
         ({"specimen": {"density_kg_m3": float("nan")}}, "specimen.density_kg_m3"),

@@ -9,7 +9,16 @@ from rendulic.checks import finite_array, positive_number
 from rendulic.errors import InvalidInput
 from rendulic.loading.control import Control
 
-__all__ = ["Path", "Until", "constant_p", "constant_volume", "drained_triaxial", "isotropic", "proportional"]
+__all__ = [
+    "Path",
+    "Until",
+    "constant_p",
+    "constant_volume",
+    "drained_triaxial",
+    "isotropic",
+    "oedometric",
+    "proportional",
+]
 
 UNIT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -125,6 +134,12 @@ def constant_volume(
         strain_rate=(sign, -0.5 * sign, -0.5 * sign),
         until=Until(until_strain, until_eta, until_peak),
     )
+
+
+def oedometric(until_strain: float = 0.3, extension: bool = False) -> Path:
+    """Axial compression (or extension) at constant lateral strains."""
+    rate = (-1.0 if extension else 1.0, 0.0, 0.0)
+    return Path("oedometric", Control(UNIT, ("strain",) * 3), strain_rate=rate, until=Until(until_strain))
 
 
 def constant_p(until_strain: float = 0.3, until_eta: float | None = None, until_peak: bool = False) -> Path:

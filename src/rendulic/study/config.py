@@ -5,25 +5,19 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import Field, field_validator
 
 from rendulic.dem.laws import LinearFrictional
 from rendulic.dem.quasi_static import QuasiStatic
-from rendulic.errors import InvalidInput, one_of
+from rendulic.errors import one_of
 from rendulic.loading import directions
+from rendulic.validation import Positive, Section, validated
 
 __all__ = ["PRESETS", "GrainStudy", "preset"]
 
 PRESETS = ("quick", "paper")
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-class Section(BaseModel):
-    """A table of the study file; unknown keys are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Packing(Section):
@@ -136,10 +130,4 @@ def preset(name: str, **changes: Any) -> GrainStudy:
     table = tomllib.loads(text)
     for section, values in changes.items():
         table.setdefault(section, {}).update(values)
-    try:
-        return GrainStudy.model_validate(table)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        came = f", got {first['input']!r}" if where and not isinstance(first["input"], dict) else ""
-        raise InvalidInput(f"preset '{name}'{', ' + where if where else ''}: {first['msg']}{came}") from None
+    return validated(GrainStudy, table, f"preset '{name}'")

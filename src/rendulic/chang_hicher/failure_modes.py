@@ -1,0 +1,285 @@
+"""Failure of planes and of the assembly: plastic limit (mode 1), loss of positiveness (mode 2), cones.
+
+Paper, section 5.2. All of it follows from the tangent of the present state; nothing is integrated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from rendulic.chang_hicher import plane_law
+from rendulic.chang_hicher.following import look_at
+from rendulic.chang_hicher.kernels.arrays import (
+    BETA,
+    BY_PRESSURE,
+    BY_VOID_RATIO,
+    CONSISTENT,
+    DENSITY,
+    HARDENING,
+    KAPPA,
+    MODULUS,
+    SIGMA,
+    SLOPE,
+    SOFTENING,
+    STIFFNESS,
+    VOID_RATIO,
+    Control,
+    X,
+    to_mandel,
+    to_tensor,
+)
+from rendulic.chang_hicher.kernels.integrate import find_at_yield
+from rendulic.chang_hicher.kernels.rates import VALID, settle
+from rendulic.chang_hicher.plane_law import Number
+from rendulic.chang_hicher.point import MaterialPoint
+from rendulic.checks import finite_array
+from rendulic.errors import DidNotConverge, InvalidInput
+from rendulic.tensors.rendulic_plane import increment_along
+
+__all__ = ["Stability", "Tangent", "closed_form_cone", "plane_stiffness", "stability", "tangent"]
+
+MERGE = 1e-7  # degrees between which two directions are one
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """The linear response of a state to strain increments near one direction.
+
+    Parameters
+    ----------
+    stiffness : (6, 6) array
+        `d_sigma = L d_eps` in Pa, Mandel components (11, 22, 33, sqrt(2) 23, 13, 12).
+    compliance : (6, 6) array
+        Its inverse.
+    is_loading : (n,) bool array
+        Planes in plastic loading.
+    measure : (n, 6) array
+        Row a times `d_eps` is the loading measure of plane a at yield: positive where it loads.
+    at_yield : (n,) bool array
+        Planes whose stress lies on their surface.
+    """
+
+    stiffness: np.ndarray
+    compliance: np.ndarray
+    is_loading: np.ndarray
+    measure: np.ndarray = field(repr=False)
+    at_yield: np.ndarray = field(repr=False)
+
+
+def tangent(point: MaterialPoint, d_eps: np.ndarray) -> Tangent:
+    """The tangent of the present state in the direction of a strain increment.
+
+    The response is linear within the sector of directions in which the same planes load. In a state
+    without shear (isotropic) it is linear only along rays, and this is the response along `d_eps`.
+
+    Parameters
+    ----------
+    point : MaterialPoint
+        Unchanged.
+    d_eps : (3, 3) or principal (3,) array
+        Direction; its length is of no account.
+
+    Raises
+    ------
+    InvalidInput
+        If it is zero, or not a symmetric tensor.
+    DidNotConverge
+        If no set of loading planes is consistent with this increment: the response is not unique.
+    """
+    direction = _direction(d_eps)
+    work = look_at(point)
+    n = len(point.memory)
+    p = float(point.sigma[:3].sum()) / 3.0
+    stiffness = float(work.scalar[STIFFNESS] * p**point.material.exponent)
+    control = Control(np.zeros((6, 6)), stiffness * np.eye(6), stiffness * direction, 1.0, p, p / stiffness)
+    at_yield, active, rate = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool), np.zeros(13)
+    find_at_yield(work, active, at_yield)
+    status = settle(
+        point.material, point.model.planes, control, point.sigma, point.eps, point.memory, at_yield, active, work, rate
+    )
+    if status != VALID:
+        raise DidNotConverge(
+            f"no set of loading planes is consistent with the strain increment {direction.round(4).tolist()} at "
+            f"{point!r}: the response is not unique there"
+        )
+    compliance = work.compliance.copy()
+    own = np.linalg.inv(compliance)
+    return Tangent(own, compliance, active, _measures(point, work, own), at_yield)
+
+
+def _direction(d_eps: np.ndarray) -> np.ndarray:
+    tensor = np.asarray(d_eps, dtype=float)
+    tensor = np.diag(finite_array("d_eps", d_eps, (3,))) if tensor.ndim == 1 else finite_array("d_eps", d_eps, (3, 3))
+    size = float(np.linalg.norm(tensor))
+    if size == 0.0 or np.abs(tensor - tensor.T).max() > 1e-9 * size:
+        raise InvalidInput(f"a strain direction must be a symmetric tensor other than zero, got {tensor.tolist()}")
+    return to_mandel(tensor / size)
+
+
+def _measures(point: MaterialPoint, work, stiffness: np.ndarray) -> np.ndarray:
+    """Loading measures `s . d_tau - a d_sigma_n - (change of resistance)` as linear forms of `d_eps`."""
+    planes, scalar, own = point.model.planes, work.scalar, work.plane
+    shear = to_mandel(
+        0.5 * (np.einsum("ai,aj->aij", planes.branch, work.flow) + np.einsum("ai,aj->aij", work.flow, planes.branch))
+    )
+    trace = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    by_stress = shear - own[:, SLOPE, None] * planes.normal_mandel
+    by_stress = by_stress - np.outer(own[:, SOFTENING] * scalar[BY_PRESSURE] / 3.0, trace)
+    by_void = own[:, SOFTENING] * scalar[BY_VOID_RATIO]
+    if point.material.formulation == CONSISTENT:
+        by_void = by_void + own[:, SIGMA] * own[:, KAPPA] * (1.0 - own[:, X]) * scalar[DENSITY]
+    else:
+        by_void = np.zeros(len(own))
+    return by_stress @ stiffness + np.outer((1.0 + scalar[VOID_RATIO]) * by_void, trace)
+
+
+def plane_stiffness(point: MaterialPoint) -> dict[str, Number]:
+    """`K_nn, K_nr, K_rn, K_rr` of every plane in loading (Pa), its determinant, and the two modes.
+
+    Returns
+    -------
+    dict of (n,) arrays
+        `K_nn` ... `K_rr`, `determinant` (Pa^2); `mode_1`: at the plastic limit; `mode_2`: W2 is
+        negative in some direction. As in Eqs. 36-41 for constant peak friction.
+    """
+    work = look_at(point)
+    own, k_n = work.plane, work.plane[:, MODULUS]
+    arguments = (k_n, point.material.k_rR * k_n, own[:, HARDENING], own[:, SLOPE], own[:, BETA])
+    k = plane_law.stiffness(*arguments)
+    determinant = plane_law.determinant(*arguments)
+    return dict(zip(("K_nn", "K_nr", "K_rn", "K_rr"), k, strict=True)) | {
+        "determinant": determinant,
+        "mode_1": determinant <= 1e-9 * k_n**2,
+        "mode_2": ~plane_law.is_positive(*k),
+    }
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What the tangent of a state says about its stability.
+
+    Parameters
+    ----------
+    hill : float
+        Smallest eigenvalue of the symmetric part of the tangent stiffness, Pa; not positive: mode 2, W2
+        is negative in the direction `weakest` (Hill's condition is lost).
+    weakest : (3, 3) array
+        That strain direction, of norm 1, among those in which the same planes load.
+    determinant : float
+        Of the tangent over that of the elastic stiffness; zero: mode 1.
+    least_plane_determinant : float
+        Smallest `det K / (k_n k_r)` of the planes, zero at the plastic limit.
+    unstable_planes : (m,) array of int
+        Planes that can lose work (mode 2).
+    """
+
+    hill: float
+    weakest: np.ndarray
+    determinant: float
+    least_plane_determinant: float
+    unstable_planes: np.ndarray
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether W2 is positive in every direction in which these planes load."""
+        return self.hill > 0.0
+
+
+def stability(point: MaterialPoint, d_eps: np.ndarray) -> Stability:
+    """Hill's condition and the determinants for the tangent in the direction `d_eps`; see `tangent`."""
+    own = tangent(point, d_eps)
+    values, vectors = np.linalg.eigh(0.5 * (own.stiffness + own.stiffness.T))
+    elastic = np.einsum("aij,a->ij", point.model.planes.elastic, 1.0 / look_at(point).plane[:, MODULUS])
+    planes = plane_stiffness(point)
+    k_n = look_at(point).plane[:, MODULUS]
+    return Stability(
+        hill=float(values[0]),
+        weakest=to_tensor(vectors[:, 0]),
+        determinant=float(np.linalg.det(own.stiffness @ elastic)),
+        least_plane_determinant=float((planes["determinant"] / (point.material.k_rR * k_n**2)).min()),
+        unstable_planes=np.flatnonzero(planes["mode_2"]),
+    )
+
+
+def closed_form_cone(point: MaterialPoint) -> list[tuple[float, float]]:
+    """Sectors of the Rendulic plane with negative second-order work, from the tangents alone.
+
+    1. From one direction on, the next one at which a plane at yield begins or ceases to load is a root
+       of a linear form in (cos, sin): the edge of a tensorial zone, in which the tangent is constant.
+    2. In a zone `W2 = d_eps . L . d_eps` is a quadratic form in (cos, sin); its roots are the edges.
+
+    Returns
+    -------
+    list of (from, to)
+        Directions of strain in degrees, counter-clockwise, `0 <= from < 360`, `from < to`; empty if W2 is
+        nowhere negative. [(0, 360)] if it is so everywhere.
+
+    Raises
+    ------
+    DidNotConverge
+        If the response is not unique in some direction.
+    """
+    frame = to_mandel(np.stack([np.diag(increment_along(alpha)) for alpha in (0.0, 90.0)]))  # cos, sin
+    start = _first_edge(point, frame)
+    edges: list[tuple[float, float]] = []
+    alpha = start
+    zones: list[tuple[float, float, Tangent]] = []
+    while alpha < start + 360.0 - MERGE:
+        inside = alpha + 1e-6
+        own = tangent(point, np.diag(increment_along(inside)))
+        # planes that neither load nor could are of no account
+        forms = own.measure[own.at_yield] @ frame.T
+        forms = forms[np.abs(forms).max(axis=1) > 1e-9 * np.abs(own.stiffness).max()]
+        roots = np.degrees(np.arctan2(-forms[:, 0], forms[:, 1]))  # and every half turn
+        ahead = (roots - inside) % 180.0
+        reach = float(ahead[ahead > 1e-6].min()) if (ahead > 1e-6).any() else 180.0
+        end = min(inside + reach, start + 360.0)
+        zones.append((alpha, end, own))
+        alpha = end
+    for first, last, own in zones:
+        form = frame @ own.stiffness @ frame.T
+        a, b, c = form[1, 1], form[0, 1] + form[1, 0], form[0, 0]  # of sin^2, sin cos, cos^2
+        # W2 = m + r cos(2 alpha - phase)
+        mean, size, phase = 0.5 * (a + c), 0.5 * np.hypot(c - a, b), np.degrees(np.arctan2(b, c - a))
+        cuts = [first]
+        if abs(mean) < size:
+            half = np.degrees(np.arccos(-mean / size))
+            cuts += sorted(
+                first + ((0.5 * (phase + s * half) + turn - first) % 360.0) for s in (-1, 1) for turn in (0, 180)
+            )
+        cuts = [*(cut for cut in cuts if cut < last), last]
+        for low, high in pairwise(cuts):
+            middle = np.radians(low + high)  # twice the middle
+            if high > low and mean + size * np.cos(middle - np.radians(phase)) < 0.0:
+                edges.append((float(low), float(high)))
+    return _merged(edges)
+
+
+def _first_edge(point: MaterialPoint, frame: np.ndarray) -> float:
+    """A direction at which some plane changes sides, to begin the round with; 0 if there is none."""
+    own = tangent(point, np.diag(increment_along(0.0)))
+    forms = own.measure[own.at_yield] @ frame.T
+    forms = forms[np.abs(forms).max(axis=1) > 1e-9 * np.abs(own.stiffness).max()]
+    if not len(forms):
+        return 0.0
+    roots = np.degrees(np.arctan2(-forms[:, 0], forms[:, 1])) % 180.0
+    return float(roots[roots > 1e-6].min(initial=180.0))
+
+
+def _merged(sectors: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Neighbouring sectors joined, also across the end of the round."""
+    joined: list[tuple[float, float]] = []
+    for low, high in sectors:
+        if joined and low - joined[-1][1] <= MERGE:
+            joined[-1] = (joined[-1][0], high)
+        else:
+            joined.append((low, high))
+    if len(joined) > 1 and joined[0][0] + 360.0 - joined[-1][1] <= MERGE:
+        first = joined.pop(0)
+        joined[-1] = (joined[-1][0], first[1] + 360.0)
+    if len(joined) == 1 and joined[0][1] - joined[0][0] >= 360.0 - MERGE:
+        return [(0.0, 360.0)]
+    return sorted((low % 360.0, low % 360.0 + high - low) for low, high in joined)

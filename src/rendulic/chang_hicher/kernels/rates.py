@@ -1,0 +1,355 @@
+"""Rates of a material point under a control: local state, homogenised compliance, solution, local rates.
+
+The static hypothesis gives every plane its traction `sigma . m`; the strain is the weighted sum of the
+planes' strains (Eqs. 18-23). Plastic strain depends on the rates of void ratio and mean stress through
+the peak friction; that coupling is of rank one and is eliminated in closed form.
+"""
+
+from __future__ import annotations
+
+from math import exp, isfinite, sqrt
+
+import numpy as np
+
+from rendulic.chang_hicher import critical_state, plane_law
+from rendulic.chang_hicher.kernels.arrays import (
+    BETA,
+    BY_PRESSURE,
+    BY_VOID_RATIO,
+    CONSISTENT,
+    DENSITY,
+    DETERMINANT,
+    EXCESS,
+    HARDENING,
+    KAPPA,
+    MODULUS,
+    MULTIPLIER,
+    PRINTED,
+    ROOT2,
+    SIGMA,
+    SLOPE,
+    SOFTENING,
+    STIFFNESS,
+    TAN_PEAK,
+    TAU,
+    VOID_RATIO,
+    W2,
+    X,
+)
+from rendulic.chang_hicher.kernels.compiler import jit
+
+__all__ = ["INVALID", "UNDECIDED", "VALID", "homogenise", "look", "rates", "settle", "sliding"]
+
+VALID, INVALID, UNDECIDED = 0, 1, 2
+UNSHEARED = 1e-10  # obliquity below which a plane has no shear direction yet
+UNSHEARING = 1e-7  # share of the stress rate below which the shear rate of such a plane is rounding
+NEUTRAL = 1e-10  # loading measure below which a plane neither loads nor unloads
+
+hardening_modulus = jit(plane_law.hardening_modulus)
+mobilised_friction = jit(plane_law.mobilised_friction)
+sliding = jit(plane_law.sliding)
+dilatancy = jit(plane_law.dilatancy)
+loading_slope = jit(plane_law.loading_slope)
+critical_void_ratio = jit(critical_state.critical_void_ratio)
+peak_friction = jit(critical_state.peak_friction)
+peak_friction_slopes = jit(critical_state.peak_friction_slopes)
+
+
+@jit
+def look(material, planes, sigma, eps, memory, active, work):
+    """Local state of every plane and the scalars they share; whether the state is admissible.
+
+    `memory` is the mobilised friction of a plane (`printed`, `eq32`) or its plastic sliding
+    (`consistent`). On loading planes it is given by the stress; theirs is not read.
+    """
+    p = (sigma[0] + sigma[1] + sigma[2]) / 3.0
+    void_ratio = (1.0 + material.void_ratio_0) * exp(-(eps[0] + eps[1] + eps[2])) - 1.0
+    if not (p > 0.0 and void_ratio > 0.0):
+        return False
+    e_c = critical_void_ratio(p, material.e_ref, material.critical_slope, material.p_ref)
+    if not e_c > 0.0:
+        return False
+    tan_peak = peak_friction(void_ratio, e_c, material.interlocking, material.tan_phi_mu)
+    by_p, by_e = peak_friction_slopes(p, void_ratio, e_c, tan_peak, material.interlocking, material.critical_slope)
+    # force on a contact per normal stress, 3 V / (N l), from N l^3 / V = 12 / (pi (1 + e) e)
+    area = 0.25 * np.pi * (1.0 + void_ratio) * void_ratio * material.branch_length**2
+    k_0 = material.k_n0 * material.branch_length / area * (area / material.f_ref) ** material.exponent
+    work.scalar[STIFFNESS] = k_0
+    work.scalar[TAN_PEAK] = tan_peak
+    work.scalar[BY_PRESSURE] = by_p
+    work.scalar[BY_VOID_RATIO] = by_e
+    work.scalar[DENSITY] = (material.exponent - 1.0) * (1.0 + 2.0 * void_ratio) / (void_ratio * (1.0 + void_ratio))
+    work.scalar[VOID_RATIO] = void_ratio
+    consistent = material.formulation == CONSISTENT
+    tan_flow = tan_peak if material.formulation == PRINTED else material.tan_phi_0
+    root = material.exponent == 0.5
+    s11, s22, s33 = sigma[0], sigma[1], sigma[2]
+    s23, s13, s12 = sigma[3] / ROOT2, sigma[4] / ROOT2, sigma[5] / ROOT2
+    for a in range(planes.normal.shape[0]):
+        m1, m2, m3 = planes.branch[a, 0], planes.branch[a, 1], planes.branch[a, 2]
+        n1, n2, n3 = planes.normal[a, 0], planes.normal[a, 1], planes.normal[a, 2]
+        t1 = s11 * m1 + s12 * m2 + s13 * m3
+        t2 = s12 * m1 + s22 * m2 + s23 * m3
+        t3 = s13 * m1 + s23 * m2 + s33 * m3
+        normal = t1 * n1 + t2 * n2 + t3 * n3
+        if not normal > 0.0:
+            return False
+        t1, t2, t3 = t1 - normal * n1, t2 - normal * n2, t3 - normal * n3
+        tau = sqrt(t1 * t1 + t2 * t2 + t3 * t3)
+        obliquity = tau / normal
+        modulus = k_0 * (sqrt(normal) if root else normal**material.exponent)
+        k_p = material.k_pR * modulus
+        sheared = obliquity > UNSHEARED
+        if active[a]:
+            kappa = obliquity if sheared else 0.0
+        elif consistent:
+            kappa = mobilised_friction(memory[a], normal, k_p, tan_peak)
+        else:
+            kappa = memory[a]
+        x = kappa / tan_peak
+        if active[a] and not x < 1.0:
+            return False
+        if sheared:
+            work.flow[a, 0], work.flow[a, 1], work.flow[a, 2] = t1 / tau, t2 / tau, t3 / tau
+        work.shear[a, 0], work.shear[a, 1], work.shear[a, 2] = t1, t2, t3
+        row = work.plane[a]
+        row[SIGMA], row[TAU], row[MODULUS], row[X], row[KAPPA] = normal, tau, modulus, x, kappa
+        row[HARDENING] = hardening_modulus(k_p, x)
+        row[SLOPE] = loading_slope(kappa, tan_peak, material.exponent) if consistent else kappa
+        row[BETA] = dilatancy(material.dilatancy, tan_flow, kappa)
+        row[EXCESS] = obliquity - kappa
+        # what the surface loses when peak friction, or the stiffness of the planes, change
+        row[SOFTENING] = normal * x * x if consistent else 0.0
+    return True
+
+
+@jit
+def homogenise(material, planes, active, work):
+    """Compliance `d_eps = C d_sigma` into `work.compliance`; the determinant's share of the coupling."""
+    c = work.compliance
+    g, b = work.gather[0], work.gather[1]
+    for i in range(6):
+        g[i] = 0.0
+        for j in range(6):
+            c[i, j] = 0.0
+    by_p, by_e, density = work.scalar[BY_PRESSURE], work.scalar[BY_VOID_RATIO], work.scalar[DENSITY]
+    opened = 1.0 + work.scalar[VOID_RATIO]
+    for a in range(planes.normal.shape[0]):
+        row = work.plane[a]
+        flexible = 1.0 / row[MODULUS]
+        for i in range(6):
+            for j in range(i, 6):
+                c[i, j] += flexible * planes.elastic[a, i, j]
+    for i in range(6):
+        for j in range(i):
+            c[i, j] = c[j, i]
+    for a in range(planes.normal.shape[0]):
+        if not active[a]:
+            continue
+        row = work.plane[a]
+        m1, m2, m3 = planes.branch[a, 0], planes.branch[a, 1], planes.branch[a, 2]
+        f1, f2, f3 = work.flow[a, 0], work.flow[a, 1], work.flow[a, 2]
+        shear = work.shear_mandel[a]
+        shear[0], shear[1], shear[2] = m1 * f1, m2 * f2, m3 * f3
+        shear[3], shear[4], shear[5] = (
+            (m2 * f3 + m3 * f2) / ROOT2,
+            (m1 * f3 + m3 * f1) / ROOT2,
+            (m1 * f2 + m2 * f1) / ROOT2,
+        )
+        factor = planes.weight3[a] / row[HARDENING]
+        drop = row[SOFTENING] * by_p / 3.0
+        for j in range(6):
+            b[j] = shear[j] - row[SLOPE] * planes.normal_mandel[a, j] - (drop if j < 3 else 0.0)
+        by_strain = opened * void_ratio_effect(row, by_e, density, material)
+        for i in range(6):
+            flow = factor * (row[BETA] * planes.normal_mandel[a, i] + shear[i])
+            g[i] += flow * by_strain
+            for j in range(6):
+                c[i, j] += flow * b[j]
+    # d_eps = C d_sigma + g tr(d_eps)
+    coupling = 1.0 - (g[0] + g[1] + g[2])
+    for j in range(6):
+        volume = (c[0, j] + c[1, j] + c[2, j]) / coupling
+        for i in range(6):
+            c[i, j] += g[i] * volume
+    return coupling
+
+
+@jit
+def void_ratio_effect(row, by_e, density, material):
+    """Derivative of the surface's resistance `sigma kappa` by void ratio at constant sliding."""
+    if material.formulation != CONSISTENT:
+        return 0.0
+    return row[SOFTENING] * by_e + row[SIGMA] * row[KAPPA] * (1.0 - row[X]) * density
+
+
+@jit
+def solve_6x6(matrix, right):
+    """Solve in place with partial pivoting: `right` becomes the solution; the determinant is returned."""
+    determinant = 1.0
+    for k in range(6):
+        pivot = k
+        for i in range(k + 1, 6):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        if pivot != k:
+            determinant = -determinant
+            for j in range(6):
+                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+            right[k], right[pivot] = right[pivot], right[k]
+        determinant *= matrix[k, k]
+        for i in range(k + 1, 6):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k + 1, 6):
+                matrix[i, j] -= factor * matrix[k, j]
+            right[i] -= factor * right[k]
+    for k in range(5, -1, -1):
+        for j in range(k + 1, 6):
+            right[k] -= matrix[k, j] * right[j]
+        right[k] /= matrix[k, k]
+    return determinant
+
+
+@jit
+def rates(material, planes, control, sigma, eps, memory, active, work, out):
+    """Rates of stress, strain and the path's parameter per unit of arc length, for given loading planes.
+
+    Arc length keeps the rates finite where the control fails: there the rate of the parameter passes
+    through zero. `out` is (13,): stress, strain, parameter. The planes' loading measures, local rates
+    and second-order works are left in `work`.
+    """
+    if not look(material, planes, sigma, eps, memory, active, work):
+        return INVALID
+    status = UNDECIDED
+    for _ in range(50):
+        coupling = homogenise(material, planes, active, work)
+        control_matrix(control, work)
+        for i in range(6):
+            out[i] = control.target[i]
+        determinant = solve_6x6(work.matrix, out) * coupling
+        work.scalar[DETERMINANT] = determinant
+        orient(control, work, out, determinant)
+        if not isfinite(out[12]):
+            return INVALID
+        if local_rates(material, planes, active, work, out):
+            status = VALID
+            break
+    return status
+
+
+@jit
+def control_matrix(control, work):
+    """`S + E C` into `work.matrix`."""
+    for i in range(6):
+        for j in range(6):
+            value = control.stress_rows[i, j]
+            for k in range(6):
+                value += control.strain_rows[i, k] * work.compliance[k, j]
+            work.matrix[i, j] = value
+
+
+@jit
+def orient(control, work, out, determinant):
+    """Strain rates from stress rates, all scaled to unit arc length and pointing onward along the path."""
+    square = 0.0
+    for i in range(6):
+        value = 0.0
+        for j in range(6):
+            value += work.compliance[i, j] * out[j]
+        out[6 + i] = value
+        square += (value / control.strain_scale) ** 2 + (out[i] / control.stress_scale) ** 2
+    scale = 1.0 / sqrt(square)
+    if determinant * control.sign < 0.0:
+        scale = -scale
+    for i in range(12):
+        out[i] *= scale
+    out[12] = scale
+
+
+@jit
+def local_rates(material, planes, active, work, out):
+    """Loading measure, plastic multiplier, strain rates and W2 of every plane.
+
+    Planes without shear flow along their shear rate, which is known only now: returns False if
+    one of these directions has changed.
+    """
+    r11, r22, r33 = out[0], out[1], out[2]
+    r23, r13, r12 = out[3] / ROOT2, out[4] / ROOT2, out[5] / ROOT2
+    d_p = (r11 + r22 + r33) / 3.0
+    d_void = -(1.0 + work.scalar[VOID_RATIO]) * (out[6] + out[7] + out[8])
+    by_p, by_e, density = work.scalar[BY_PRESSURE], work.scalar[BY_VOID_RATIO], work.scalar[DENSITY]
+    size, stretch = 0.0, 0.0
+    for i in range(6):
+        size += out[i] * out[i]
+        stretch += out[6 + i] * out[6 + i]
+    size, stretch = sqrt(size), sqrt(stretch)
+    settled = True
+    for a in range(planes.normal.shape[0]):
+        row = work.plane[a]
+        m1, m2, m3 = planes.branch[a, 0], planes.branch[a, 1], planes.branch[a, 2]
+        n1, n2, n3 = planes.normal[a, 0], planes.normal[a, 1], planes.normal[a, 2]
+        t1 = r11 * m1 + r12 * m2 + r13 * m3
+        t2 = r12 * m1 + r22 * m2 + r23 * m3
+        t3 = r13 * m1 + r23 * m2 + r33 * m3
+        d_normal = t1 * n1 + t2 * n2 + t3 * n3
+        t1, t2, t3 = t1 - d_normal * n1, t2 - d_normal * n2, t3 - d_normal * n3
+        flow = work.flow[a]
+        if row[TAU] <= UNSHEARED * row[SIGMA]:
+            d_tau = sqrt(t1 * t1 + t2 * t2 + t3 * t3)
+            if d_tau > UNSHEARING * size:
+                if abs(flow[0] - t1 / d_tau) + abs(flow[1] - t2 / d_tau) + abs(flow[2] - t3 / d_tau) > 1e-12:
+                    settled = False
+                flow[0], flow[1], flow[2] = t1 / d_tau, t2 / d_tau, t3 / d_tau
+            else:
+                if abs(flow[0]) + abs(flow[1]) + abs(flow[2]) > 0.0:
+                    settled = False
+                flow[0], flow[1], flow[2] = 0.0, 0.0, 0.0
+        along = flow[0] * t1 + flow[1] * t2 + flow[2] * t3
+        measure = along - row[SLOPE] * d_normal
+        measure -= row[SOFTENING] * by_p * d_p + void_ratio_effect(row, by_e, density, material) * d_void
+        elastic_shear = material.k_rR * row[MODULUS]
+        # relative to the rates at hand, so that rounding is told from loading
+        row[MULTIPLIER] = measure / (size + elastic_shear * stretch)
+        local = work.local_rate[a]
+        local[0], local[1] = d_normal / row[MODULUS], t1 / elastic_shear
+        local[2], local[3] = t2 / elastic_shear, t3 / elastic_shear
+        if active[a]:
+            multiplier = measure / row[HARDENING]
+            local[0] += row[BETA] * multiplier
+            for i in range(3):
+                local[1 + i] += flow[i] * multiplier
+        row[W2] = d_normal * local[0] + t1 * local[1] + t2 * local[2] + t3 * local[3]
+    return settled
+
+
+@jit
+def settle(material, planes, control, sigma, eps, memory, at_yield, active, work, out):
+    """Find which of the planes at yield load, consistently with the rates that follow from it.
+
+    All are tried as loading first; those whose multiplier would be negative unload, those that unload
+    and would be pushed out load, until none of them changes. If all at once does not end, one at a time.
+    `active` holds the answer; UNDECIDED if there is none.
+    """
+    n = active.shape[0]
+    for a in range(n):
+        active[a] = at_yield[a]
+    for attempt in range(4 * n + 20):
+        status = rates(material, planes, control, sigma, eps, memory, active, work, out)
+        if status != VALID:
+            return status
+        worst, wrong = 0.0, -1
+        for a in range(n):
+            if not at_yield[a]:
+                continue
+            measure = work.plane[a, MULTIPLIER]
+            error = -measure if active[a] else measure
+            if error > NEUTRAL:
+                if attempt < 10:
+                    active[a] = not active[a]
+                if error > worst:
+                    worst, wrong = error, a
+        if wrong < 0:
+            return VALID
+        if attempt >= 10:
+            active[wrong] = not active[wrong]
+    return UNDECIDED

@@ -1,0 +1,54 @@
+"""Tables of named values checked by pydantic, with errors in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from rendulic.errors import InvalidInput
+
+__all__ = ["Positive", "Section", "validated"]
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Section(BaseModel):
+    """A table of named values; unknown names are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def validated(model: type[Model], table: Mapping[str, Any], what: str) -> Model:
+    """`table` as a `model`, or `InvalidInput` that names the entry, what came, and the nearest valid name."""
+    try:
+        return model.model_validate(dict(table))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        message = first["msg"].removeprefix("Value error, ")
+        if first["type"] == "extra_forbidden":
+            near = get_close_matches(str(first["loc"][-1]), _names(model, first["loc"]), n=1)
+            message = "there is no such entry" + (f"; did you mean '{near[0]}'?" if near else "")
+        came = f", got {first['input']!r}" if where and isinstance(first["input"], int | float | str) else ""
+        if first["type"] == "extra_forbidden":
+            came = ""
+        raise InvalidInput(f"{what}{': ' + where if where else ''}: {message}{came}") from None
+
+
+def _names(model: type[BaseModel], where: tuple[int | str, ...]) -> list[str]:
+    """Names of the entries beside the one at `where`."""
+    current: Any = model
+    for part in where[:-1]:
+        if isinstance(part, str):
+            annotation = current.model_fields[part].annotation
+            inner = [a for a in (annotation, *getattr(annotation, "__args__", ())) if isinstance(a, type)]
+            current = next((a for a in inner if issubclass(a, BaseModel)), None)
+            if current is None:
+                return []
+    return list(current.model_fields)
