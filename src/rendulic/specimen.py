@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -30,8 +30,8 @@ class Specimen(Protocol):
     @property
     def strain(self) -> np.ndarray: ...
 
-    def load(self, path: Path, **options: Any) -> xr.Dataset:
-        """Follow a path, in place, and return the curve."""
+    def load(self, path: Path) -> xr.Dataset:
+        """Follow a path, in place, and return the curve; each kind of specimen has options of its own."""
 
     def probe(
         self,

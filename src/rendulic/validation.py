@@ -33,7 +33,8 @@ def validated(model: type[Model], table: Mapping[str, Any], what: str) -> Model:
         where = ".".join(str(part) for part in first["loc"])
         message = first["msg"].removeprefix("Value error, ")
         if first["type"] == "extra_forbidden":
-            near = get_close_matches(str(first["loc"][-1]), _names(model, first["loc"]), n=1)
+            names = {name.lower(): name for name in _names(model, first["loc"])}
+            near = [names[match] for match in get_close_matches(str(first["loc"][-1]).lower(), names, n=1)]
             message = "there is no such entry" + (f"; did you mean '{near[0]}'?" if near else "")
         came = f", got {first['input']!r}" if where and isinstance(first["input"], int | float | str) else ""
         if first["type"] == "extra_forbidden":

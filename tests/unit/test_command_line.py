@@ -49,6 +49,9 @@ def folder(tmp_path_factory, packed_state):
     spoilt = (place / "good.h5").read_bytes()[:3000]
     (place / "spoilt.h5").write_bytes(spoilt)
     (place / "taken").write_text("a file")
+    (place / "typo.toml").write_text(
+        "[material]\nk_pr = 2\n[[test]]\nname = 'a'\npath = 'drained'\npressure_pa = 1e5\nvoid_ratio = 0.9\n"
+    )
     return place
 
 
@@ -67,7 +70,13 @@ def folder(tmp_path_factory, packed_state):
             ["probe", "good.h5", "--norm", "1e-5", "--step", "180", "--n-steps", "5", "-q", "-o", "taken"],
             "cannot write",
         ),
-        (["reproduce", "fig9"], "unknown figure 'fig9': did you mean"),
+        (["reproduce", "fig99"], "unknown figure 'fig99': did you mean 'fig9'"),
+        (["reproduce", "fig6", "-o", "taken"], "cannot write to taken"),
+        (["element", "none.toml"], "no element study at none.toml"),
+        (["element", "taken"], "not a TOML file"),
+        (["element", "taken", "--init"], "taken exists already"),
+        (["element", "nowhere/new.toml", "--init"], "there is no folder nowhere"),
+        (["element", "typo.toml"], "material.k_pr: there is no such entry; did you mean 'k_pR'?"),
         (["reproduce", "--preset", "quik"], "unknown preset 'quik': did you mean 'quick'"),
         (["reproduce", "--seed", "-3"], "specimen.seed"),
         (["reproduce", "fig1", "-o", "taken"], "cannot write to taken"),
@@ -96,7 +105,7 @@ def test_wrong_usage_is_told(run, arguments):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("command", ["reproduce", "info", "probe"])
+@pytest.mark.parametrize("command", ["element", "reproduce", "info", "probe"])
 def test_help_has_an_example(run, command):
     """Every command says what it does and shows a line to copy."""
     done = run(command, "--help")
@@ -139,7 +148,7 @@ def test_probe_writes_data_and_figure(run, tmp_path):
 
 @pytest.mark.skipif(not COMMAND.is_file(), reason="the command rendulic is not installed beside Python")
 @pytest.mark.parametrize(
-    ("arguments", "code"), [(["info", "spoilt.h5"], 2), (["reproduce", "fig9"], 2), (["--version"], 0)]
+    ("arguments", "code"), [(["info", "spoilt.h5"], 2), (["reproduce", "fig99"], 2), (["--version"], 0)]
 )
 def test_the_installed_command(folder, arguments, code):
     """The same in a process of its own: exit code, one line, no traceback."""

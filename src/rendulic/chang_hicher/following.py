@@ -145,7 +145,8 @@ def load(
     """See `MaterialPoint.load`."""
 
     def on_piece(share: float) -> None:
-        progress(share, 1.0, f"{path.name}: {point!r}")
+        q = point.sigma[0] - 0.5 * (point.sigma[1] + point.sigma[2])
+        progress(share, 1.0, f"{path.name}: axial strain {point.eps[0]:.4f}, q {q / 1e3:.1f} kPa")
         if on_record is not None:
             on_record(point)
 

@@ -76,7 +76,9 @@ class ChangHicher:
         return cls(**{**material(name), **options})
 
     def __repr__(self) -> str:
-        given = ", ".join(f"{name}={value!r}" for name, value in self.parameters.model_dump(exclude_unset=True).items())
+        given = ", ".join(
+            f"{name}={value!r}" for name, value in self.parameters.model_dump(exclude_defaults=True).items()
+        )
         return f"ChangHicher(rule={self.rule.name!r}, formulation={self.formulation!r}{', ' if given else ''}{given})"
 
     def at(

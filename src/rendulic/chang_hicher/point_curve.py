@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rendulic.chang_hicher.kernels.arrays import Log, to_tensor
-from rendulic.chang_hicher.kernels.integrate import EVENTS
+from rendulic.chang_hicher.kernels.integrate import EVENTS, PLANE_COLUMNS, RECORD_COLUMNS
 from rendulic.curve import labelled_curve, stress_columns
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ LOCAL = {
     "gamma_plane": ("shear strain of the plane", "1"),
     "x_plane": ("obliquity over peak friction", "1"),
     "w2_plane": ("second-order work of the plane per squared strain rate", "Pa"),
+    "w2n_plane": ("normalised second-order work of the plane; 0 where nothing moves", "1"),
     "is_loading": ("plane in plastic loading", "1"),
 }
 
@@ -48,8 +49,8 @@ def point_curve(point: MaterialPoint, path_name: str, legs: list[list[Log]], sto
     """
     n = len(point.memory)
     logs = [log for leg in legs for log in leg]
-    rows = np.concatenate([np.empty((0, 29)), *(log.rows for log in logs)])
-    planes = np.concatenate([np.empty((0, n, 9)), *(log.plane_rows for log in logs)])
+    rows = np.concatenate([np.empty((0, RECORD_COLUMNS)), *(log.rows for log in logs)])
+    planes = np.concatenate([np.empty((0, n, PLANE_COLUMNS)), *(log.plane_rows for log in logs)])
     compliances = np.concatenate([np.empty((0, 6, 6)), *(log.compliances for log in logs)])
     events = np.concatenate([np.empty((0, 15)), *(log.events for log in logs)])
     columns = stress_columns(to_tensor(rows[:, :6]), to_tensor(rows[:, 6:12])) | {"void_ratio": rows[:, 28]}
@@ -58,7 +59,7 @@ def point_curve(point: MaterialPoint, path_name: str, legs: list[list[Log]], sto
     along = _along(rows, compliances, rate, [sum(len(log.rows) for log in leg) for leg in legs])
     gamma = np.linalg.norm(planes[:, :, 5:8], axis=2)
     local = dict(zip(LOCAL, (*planes[:, :, [0, 1, 4]].transpose(2, 0, 1), gamma, planes[:, :, 2],
-                             planes[:, :, 3] / rate[:, None] ** 2, planes[:, :, 8] > 0.5), strict=True))  # fmt: skip
+                             planes[:, :, 3] / rate[:, None] ** 2, planes[:, :, 9], planes[:, :, 8] > 0.5), strict=True))  # fmt: skip
     at = stress_columns(to_tensor(events[:, 2:8]), to_tensor(events[:, 8:14]))
     rule = point.model.rule
     return curve.assign(

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from rendulic.chang_hicher.point import MaterialPoint
+    from rendulic.dem.assembly import Assembly
+    from rendulic.specimen import Specimen
 
 __all__ = ["info"]
 
@@ -15,18 +20,42 @@ def info(file: Annotated[Path, typer.Argument(help="A state file (.h5).")]) -> N
 
     Example: rendulic info demo/specimen.h5
     """
+    from rendulic.cli.specimens import read_specimen
     from rendulic.dem.assembly import Assembly
-    from rendulic.micro.coordination import coordination
-    from rendulic.state import State
 
-    sample = Assembly.from_state(State.from_file(file))
-    stress, strain = sample.stress.diagonal() / 1e3, sample.strain.diagonal()
-    numbers = coordination(sample.snapshot())
-    typer.echo(f"{file}: {len(sample)} grains, {sample.n_contacts} contacts, {type(sample.law).__name__}")
-    typer.echo(f"  stress    {stress[0]:.2f}, {stress[1]:.2f}, {stress[2]:.2f} kPa, eta = {sample.eta:.4f}")
+    specimen = read_specimen(file)
+    lines = _of_grains(specimen) if isinstance(specimen, Assembly) else _of_point(specimen)
+    stress, strain = specimen.stress.diagonal() / 1e3, specimen.strain.diagonal()
+    typer.echo(f"{file}: {lines[0]}")
+    typer.echo(f"  stress    {stress[0]:.2f}, {stress[1]:.2f}, {stress[2]:.2f} kPa, eta = {_eta(specimen):.4f}")
     typer.echo(f"  strain    {strain[0]:.6f}, {strain[1]:.6f}, {strain[2]:.6f}")
-    typer.echo(f"  porosity  {sample.porosity:.4f}, time step {sample.time_step:.3g} s")
-    typer.echo(
-        f"  coordination {numbers.mean:.3f}, without rattlers {numbers.mechanical:.3f} ({100 * numbers.rattlers:.1f} % rattlers)"
-    )
-    typer.echo(f"  {sample.equilibrium()}")
+    for line in lines[1:]:
+        typer.echo(f"  {line}")
+
+
+def _eta(specimen: Specimen) -> float:
+    from rendulic.tensors.invariants import stress_ratio
+
+    return float(stress_ratio(specimen.stress))
+
+
+def _of_grains(sample: Assembly) -> list[str]:
+    from rendulic.micro.coordination import coordination
+
+    numbers = coordination(sample.snapshot())
+    return [
+        f"{len(sample)} grains, {sample.n_contacts} contacts, {type(sample.law).__name__}",
+        f"porosity  {sample.porosity:.4f}, time step {sample.time_step:.3g} s",
+        f"coordination {numbers.mean:.3f}, without rattlers {numbers.mechanical:.3f} "
+        f"({100 * numbers.rattlers:.1f} % rattlers)",
+        str(sample.equilibrium()),
+    ]
+
+
+def _of_point(point: MaterialPoint) -> list[str]:
+    largest = point.planes()["x"].max()
+    return [
+        f"point of {point.model!r}",
+        f"void ratio {point.void_ratio:.4f}",
+        f"largest obliquity of a contact plane {100 * largest:.1f} % of its peak friction",
+    ]

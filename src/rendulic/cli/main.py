@@ -7,6 +7,7 @@ import sys
 import typer
 
 from rendulic import __version__
+from rendulic.cli.element import element
 from rendulic.cli.info import info
 from rendulic.cli.probe import probe
 from rendulic.cli.reproduce import reproduce
@@ -19,6 +20,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 app.command()(reproduce)
+app.command()(element)
 app.command()(info)
 app.command()(probe)
 

@@ -26,14 +26,14 @@ def probe(
     Example: rendulic probe demo/state_eta_0.480.h5 --norm 5e-5 --norm 2e-4 --step 20 --n-steps 1000 -o demo/again
     """
     from rendulic import figures
-    from rendulic.dem.assembly import Assembly
+    from rendulic.cli.specimens import read_specimen
     from rendulic.io.tables import write_dataset
     from rendulic.loading import directions
     from rendulic.probing.probe import probe as run_probes
-    from rendulic.state import State
+    from rendulic.tensors.invariants import stress_ratio
     from rendulic.whole_file import writable_folder
 
-    sample = Assembly.from_state(State.from_file(state))
+    sample = read_specimen(state)
     writable_folder(output)
     with stages(quiet) as stage:
         probes = run_probes(
@@ -46,13 +46,19 @@ def probe(
         )
     write_dataset(probes, output / "probes.nc")
     named = {f"norm {float(value):g}": probes.sel(norm=value) for value in probes.norm}
-    figures.save(figures.circular_diagram(named, rf"$\eta$ = {sample.eta:.2f}"), output, "circular")
+    figures.save(
+        figures.circular_diagram(named, rf"$\eta$ = {float(stress_ratio(sample.stress)):.2f}"), output, "circular"
+    )
     for value in probes.norm.values:
         one = probes.sel(norm=value)
         worst = one.isel(alpha=int(one.w2_normalised.argmin("alpha")))
         typer.echo(
             f"norm {value:g}: smallest W2n {float(worst.w2_normalised):+.4f} at {float(worst.alpha):.0f} degrees "
-            f"({'significant' if bool(worst.is_significant) else 'within the drift of the null probe'}), "
-            f"largest identity residual {float(one.identity_residual.max()):.0e}"
+            f"({'significant' if bool(worst.is_significant) else 'within the drift of the null probe'})"
+            + (
+                f", largest identity residual {float(one.identity_residual.max()):.0e}"
+                if "identity_residual" in one
+                else ""
+            )
         )
     typer.echo(f"written to {output}")

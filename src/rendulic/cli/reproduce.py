@@ -19,7 +19,12 @@ __all__ = ["reproduce"]
 
 
 def reproduce(
-    figures: Annotated[list[str] | None, typer.Argument(help="fig1 fig2 fig3 fig4; all if none is named.")] = None,
+    figures: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="fig1 fig2 fig3 fig4 (grains), fig6 fig7 fig9 fig10 fig3_model (Chang-Hicher model); all if none is named."
+        ),
+    ] = None,
     preset: Annotated[str, typer.Option(help="quick (1 000 grains) or paper (10 000 grains).")] = "quick",
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for states, data and figures.")] = Path(
         "results"
@@ -30,26 +35,37 @@ def reproduce(
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the table.")] = False,
 ) -> None:
-    """Reproduce the paper's figures: prepare a packing, shear it, probe it, draw.
+    """Reproduce the paper's figures: with grains (prepare, shear, probe), and with the Chang-Hicher model.
 
     Finished stages in the folder are found again, so an interrupted run goes on where it stopped.
 
-    Example: rendulic reproduce fig1 fig2 fig3 fig4 --preset quick -o demo
+    Example: rendulic reproduce fig6 fig7 fig9 fig10 -o model
     """
-    from rendulic.study import reproduce as study
+    from rendulic.errors import one_of
+    from rendulic.study import reproduce as grains
+    from rendulic.study import reproduce_model as model
     from rendulic.study.config import preset as load_preset
 
+    wanted = [one_of(name, (*grains.FIGURES, *model.FIGURES), "figure") for name in figures or ()]
+    of_grains = [name for name in wanted if name in grains.FIGURES] or ([] if wanted else list(grains.FIGURES))
+    of_model = [name for name in wanted if name in model.FIGURES] or ([] if wanted else list(model.FIGURES))
     changes = {} if seed is None else {"specimen": {"seed": seed}}
-    with stages(quiet) as stage:
-        result = study.reproduce(
-            load_preset(preset, **changes), output, figures or study.FIGURES, workers=workers, stage=stage
-        )
+    study = load_preset(preset, **changes)
     console = Console()
-    console.print(_summary(result.table))
-    if "smallest_w2n" in result.table:
-        console.print(_amplitudes(result.table))
-    for name, files in result.figures.items():
-        console.print(f"{name}: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True)
+    files: dict[str, list[Path]] = {}
+    with stages(quiet) as stage:
+        # the quicker part first
+        if of_model:
+            files |= model.reproduce_model(output, of_model, stage=stage)
+        if of_grains:
+            result = grains.reproduce(study, output, of_grains, workers=workers, stage=stage)
+            files = result.figures | files
+    if of_grains:
+        console.print(_summary(result.table))
+        if "smallest_w2n" in result.table:
+            console.print(_amplitudes(result.table))
+    for name, paths in files.items():
+        console.print(f"{name}: {', '.join(str(path) for path in paths)}", highlight=False, soft_wrap=True)
 
 
 def _summary(table: xr.Dataset) -> Table:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 
-from rendulic.figures.style import INK, NEGATIVE, RC, new_figure, sequence
+from rendulic.figures.style import FAINT, INK, NEGATIVE, RC, new_figure, sequence
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
 
 if TYPE_CHECKING:
@@ -16,10 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["circular_diagram", "circular_diagrams"]
+__all__ = ["circular_diagram", "circular_diagrams", "circular_panels"]
 
 SHIFT = 0.5  # K of the paper: the polar radius is W2n + K, the dashed circle r = K
-FAINT = "#d8d8d8"
 
 
 def circular_diagram(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
@@ -58,13 +57,39 @@ def circular_diagrams(probes: Mapping[str, xr.Dataset], title: str = "") -> Figu
         Above the row.
     """
     norms = next(iter(probes.values())).norm.values
-    figure = new_figure(3.1 * len(norms) + 0.9, 3.5)
+    panels = {
+        rf"$\|d\varepsilon\|$ = {norm:g}": {label: data.sel(norm=norm) for label, data in probes.items()}
+        for norm in norms
+    }
+    return circular_panels(panels, title, columns=len(norms))
+
+
+def circular_panels(panels: Mapping[str, Mapping[str, xr.Dataset]], title: str = "", columns: int = 2) -> Figure:
+    """Circular diagrams side by side, each with its heading and its own family of states.
+
+    Parameters
+    ----------
+    panels : mapping of heading to mapping of label to xarray.Dataset
+        As for `circular_diagram`.
+    title : str
+        Above all.
+    columns : int
+        Diagrams in a row.
+    """
+    rows = -(-len(panels) // columns)
+    shared = len({tuple(probes) for probes in panels.values()}) == 1
+    figure = new_figure((3.1 if shared else 4.1) * columns + 0.9 * shared, 3.1 * rows + 0.4)
     with mpl.rc_context(RC):
-        row = figure.subplots(1, len(norms), squeeze=False)[0]
-        for axes, norm in zip(row, norms, strict=True):
-            _draw(axes, {label: data.sel(norm=norm) for label, data in probes.items()})
-            axes.set_title(rf"$\|d\varepsilon\|$ = {norm:g}")
-        row[-1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
+        grid = figure.subplots(rows, columns, squeeze=False)
+        for axes, (heading, probes) in zip(grid.flat, panels.items(), strict=False):
+            _draw(axes, probes)
+            axes.set_title(heading)
+            if not shared:
+                axes.legend(loc="upper left", bbox_to_anchor=(0.98, 1.0))
+        for axes in list(grid.flat)[len(panels) :]:
+            axes.set_axis_off()
+        if shared:
+            grid[0, -1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
         figure.suptitle(title, x=0.02, ha="left")
     return figure
 
@@ -94,7 +119,7 @@ def _draw(axes: Axes, probes: Mapping[str, xr.Dataset]) -> None:
         x, y = radius * np.cos(alpha), radius * np.sin(alpha)
         axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=colour, lw=1.2, label=label)
         sure = data.is_significant.values[order]
-        axes.plot(x[sure], y[sure], ".", color=colour, ms=4)
+        axes.plot(x[sure], y[sure], ".", color=colour, ms=4 if len(x) <= 72 else 1.5)
         axes.plot(x[~sure], y[~sure], "o", mfc="white", mec=colour, ms=4)
     axes.set_aspect("equal")
     axes.set_axis_off()

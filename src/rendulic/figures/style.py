@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "INK", "NEGATIVE", "new_figure", "save", "sequence"]
+__all__ = ["COLOURS", "FAINT", "INK", "NEGATIVE", "categories", "new_figure", "save", "sequence"]
 
 INK = "#222222"
+FAINT = "#d8d8d8"
 NEGATIVE = "#c1272d"
 # Okabe and Ito's colours, told apart by colour-blind readers; dark ones first
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
@@ -27,7 +29,7 @@ RC: dict[Any, Any] = {
     "axes.titlesize": 10,
     "xtick.color": INK,
     "ytick.color": INK,
-    "grid.color": "#d8d8d8",
+    "grid.color": FAINT,
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.4,
     "legend.frameon": False,
@@ -46,6 +48,11 @@ def new_figure(width: float = 4.6, height: float = 3.4) -> Figure:
         return Figure(figsize=(width, height), layout="constrained")
 
 
+def categories(count: int) -> list[str]:
+    """`count` colours for an unordered family of curves, repeating after six."""
+    return [COLOURS[k % len(COLOURS)] for k in range(count)]
+
+
 def sequence(count: int) -> list:
     """`count` colours from light to dark, for an ordered family of curves."""
     colour_map = mpl.colormaps["viridis_r"]
@@ -56,6 +63,7 @@ def save(figure: Figure, folder: str | os.PathLike, name: str) -> list[Path]:
     """Write `name.png` and `name.pdf` into `folder`; return the paths."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    logging.getLogger("fontTools").setLevel(logging.ERROR)  # it remarks on the dates of fonts
     paths = [folder / f"{name}.{kind}" for kind in ("png", "pdf")]
     with mpl.rc_context(RC):
         for path in paths:

@@ -12,13 +12,26 @@ from rendulic.whole_file import whole_file
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["read_dataset", "write_dataset"]
+__all__ = ["read_dataset", "write_csv", "write_dataset"]
 
 
 def write_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write a dataset as NetCDF 4, whole or not at all, and return the path."""
     with whole_file(path) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf")
+    return Path(path)
+
+
+def write_csv(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
+    """Write a dataset as CSV, one row per point of its dimensions, units in the headings; return the path.
+
+    Whole or not at all. Values have the digits that give them back exactly.
+    """
+    frame = dataset.to_dataframe()
+    units = {name: dataset[name].attrs.get("units", "1") for name in frame.columns}
+    frame = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
+    with whole_file(path) as temporary:
+        frame.to_csv(temporary)
     return Path(path)
 
 

@@ -16,8 +16,8 @@ ROOT2 = float(np.sqrt(2.0))
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 # columns of `Work.plane`
-SIGMA, TAU, MODULUS, X, HARDENING, SLOPE, BETA, SOFTENING, MULTIPLIER, W2, EXCESS, KAPPA = range(12)
-N_COLUMNS = 12
+SIGMA, TAU, MODULUS, X, HARDENING, SLOPE, BETA, SOFTENING, MULTIPLIER, W2, EXCESS, KAPPA, W2_NORMALISED = range(13)
+N_COLUMNS = 13
 # entries of `Work.scalar`
 STIFFNESS, TAN_PEAK, BY_PRESSURE, BY_VOID_RATIO, DENSITY, VOID_RATIO, DETERMINANT, MEASURE = range(8)
 # formulations, in the order of `plane_law.FORMULATIONS`

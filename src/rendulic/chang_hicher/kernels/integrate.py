@@ -25,6 +25,7 @@ from rendulic.chang_hicher.kernels.arrays import (
     TAU,
     VOID_RATIO,
     W2,
+    W2_NORMALISED,
     Step,
     X,
 )
@@ -49,7 +50,7 @@ TOLERATED = 1e-9  # excess over the surface, and loading measure, at which a pla
 EMPTY = 1e-3  # of the path's stress scale: a plane with less normal stress carries nothing
 
 RECORD_COLUMNS = 29  # state (13), rates (13), determinant, tan(phi_p), void ratio
-PLANE_COLUMNS = 9  # sigma, tau, x, W2, normal strain, shear strain (3), loading
+PLANE_COLUMNS = 10  # sigma, tau, x, W2, normal strain, shear strain (3), loading, normalised W2
 
 A2 = (1 / 5,)
 A3 = (3 / 40, 9 / 40)
@@ -276,7 +277,7 @@ def record(y, rate, strains, active, work, log):
         to[0], to[1], to[2], to[3] = plane[SIGMA], plane[TAU], plane[X], plane[W2]
         for i in range(4):
             to[4 + i] = strains[a, i]
-        to[8] = 1.0 if active[a] else 0.0
+        to[8], to[9] = (1.0 if active[a] else 0.0), plane[W2_NORMALISED]
     for i in range(6):
         for j in range(6):
             log.compliances[count, i, j] = work.compliance[i, j]

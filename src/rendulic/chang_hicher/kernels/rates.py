@@ -34,6 +34,7 @@ from rendulic.chang_hicher.kernels.arrays import (
     TAU,
     VOID_RATIO,
     W2,
+    W2_NORMALISED,
     X,
 )
 from rendulic.chang_hicher.kernels.compiler import jit
@@ -318,7 +319,10 @@ def local_rates(material, planes, active, work, out):
             local[0] += row[BETA] * multiplier
             for i in range(3):
                 local[1 + i] += flow[i] * multiplier
-        row[W2] = d_normal * local[0] + t1 * local[1] + t2 * local[2] + t3 * local[3]
+        w2 = d_normal * local[0] + t1 * local[1] + t2 * local[2] + t3 * local[3]
+        row[W2] = w2
+        sizes = (d_normal**2 + t1**2 + t2**2 + t3**2) * (local[0] ** 2 + local[1] ** 2 + local[2] ** 2 + local[3] ** 2)
+        row[W2_NORMALISED] = w2 / sqrt(sizes) if sizes > 0.0 else 0.0
     return settled
 
 

@@ -1,0 +1,279 @@
+"""Element tests of the Chang-Hicher model, described in a TOML file."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from rendulic import figures
+from rendulic.chang_hicher import ChangHicher, MaterialPoint, Parameters, material
+from rendulic.errors import InvalidInput
+from rendulic.io.tables import write_csv, write_dataset
+from rendulic.loading import paths
+from rendulic.progress import Progress, silent
+from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev
+from rendulic.validation import Positive, Section, validated
+from rendulic.whole_file import writable_folder
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ElementStudy", "ElementTest", "Leg", "example", "read_element_study", "run_element_study"]
+
+PATHS: dict[str, Callable[..., paths.Path]] = {
+    "drained": paths.drained_triaxial,
+    "undrained": paths.constant_volume,
+    "constant_p": paths.constant_p,
+    "oedometric": paths.oedometric,
+    "isotropic": paths.isotropic,
+    "proportional": paths.proportional,
+}
+# what each kind of leg understands, and the argument of its path
+ARGUMENTS: dict[str, dict[str, str]] = {
+    "drained": {
+        "axial_strain": "until_strain", "until_eta": "until_eta", "until_peak": "until_peak",
+        "extension": "extension", "lateral_stress_pa": "lateral_stress",
+    },
+    "undrained": {
+        "axial_strain": "until_strain", "until_eta": "until_eta", "until_peak": "until_peak", "extension": "extension",
+    },
+    "constant_p": {"axial_strain": "until_strain", "until_eta": "until_eta", "until_peak": "until_peak"},
+    "oedometric": {"axial_strain": "until_strain", "extension": "extension"},
+    "isotropic": {"pressure_pa": "pressure"},
+    "proportional": {
+        "ratio": "ratio", "axial_strain": "until_strain", "until_eta": "until_eta", "until_peak": "until_peak",
+    },
+}  # fmt: skip
+
+
+class Leg(Section):
+    """One path, followed from where the last one ended."""
+
+    path: Literal["drained", "undrained", "constant_p", "oedometric", "isotropic", "proportional"]
+    axial_strain: Positive | None = Field(None, description="axial strain travelled at most; 0.2 if not given")
+    until_eta: float | None = Field(None, allow_inf_nan=False, description="stress ratio q/p at which it ends")
+    until_peak: bool = Field(False, description="end when q has fallen by 5 % from its peak")
+    extension: bool = Field(False, description="axial extension instead of compression; also unloading")
+    lateral_stress_pa: Positive | None = Field(None, description="drained: brought there first")
+    pressure_pa: Positive | None = Field(None, description="isotropic: the pressure to reach")
+    ratio: float | None = Field(None, description="proportional: R of d_eps_1 + 2 R d_eps_3 = 0")
+
+    @model_validator(mode="after")
+    def _only_what_the_path_knows(self) -> Leg:
+        known = ARGUMENTS[self.path]
+        # a test's own pressure is that of its initial state
+        given = {name for name in Leg.model_fields if name in self.model_fields_set} - {"path", *self._state()}
+        for name in sorted(given - set(known)):
+            raise ValueError(f"a path '{self.path}' has no '{name}': it takes {', '.join(known)}")
+        for name in ("pressure_pa", "ratio"):
+            if name in known and name not in self._state() and getattr(self, name) is None:
+                raise ValueError(f"a path '{self.path}' needs '{name}'")
+        return self
+
+    def _state(self) -> set[str]:
+        return set()
+
+    def loading_path(self) -> paths.Path:
+        """The path itself."""
+        values = {name: getattr(self, name) for name in ARGUMENTS[self.path] if name in self.model_fields_set}
+        if "axial_strain" in ARGUMENTS[self.path]:
+            values.setdefault("axial_strain", 0.2)
+        return PATHS[self.path](**{ARGUMENTS[self.path][name]: value for name, value in values.items()})
+
+
+class ElementTest(Leg):
+    """A virgin isotropic state, its first leg, and those that follow."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=60, description="names the files")
+    path: Literal["drained", "undrained", "constant_p", "oedometric", "proportional"]
+    pressure_pa: Positive = Field(description="of the virgin state")
+    void_ratio: Positive = Field(le=3, description="of the virgin state")
+    then: tuple[Leg, ...] = Field((), description="further legs, as [{ path = ..., ... }]")
+
+    def _state(self) -> set[str]:
+        return {"pressure_pa"}
+
+
+class Model(Section):
+    """How the model is evaluated."""
+
+    formulation: Literal["consistent", "eq32", "printed"] = "consistent"
+    sphere_rule: str = Field("bazant_oh_37", description="bazant_oh_37, or lebedev_DEGREE")
+    tolerance: Positive = Field(1e-8, le=1e-2, description="error per step, relative to the stress")
+
+    @field_validator("sphere_rule")
+    @classmethod
+    def _exists(cls, name: str) -> str:
+        _rule(name)
+        return name
+
+
+class ElementStudy(Section):
+    """A material and the tests on it."""
+
+    material: Parameters = Parameters()
+    model: Model = Model()
+    test: tuple[ElementTest, ...] = Field(min_length=1, description="[[test]] tables")
+
+    @field_validator("material", mode="before")
+    @classmethod
+    def _from_preset(cls, table: Any) -> Any:
+        if isinstance(table, dict) and "preset" in table:
+            values = dict(table)
+            return {**material(str(values.pop("preset"))), **values}
+        return table
+
+    @field_validator("test")
+    @classmethod
+    def _different_names(cls, tests: tuple[ElementTest, ...]) -> tuple[ElementTest, ...]:
+        names = [test.name.lower() for test in tests]
+        if len(set(names)) < len(names):
+            raise ValueError(f"every test needs a name of its own, got {', '.join(names)}")
+        return tests
+
+
+def _rule(name: str) -> SphereRule:
+    if name == "bazant_oh_37":
+        return bazant_oh_37()
+    kind, _, degree = name.partition("_")
+    if kind != "lebedev" or not degree.isdecimal():
+        raise InvalidInput(f"a sphere rule is 'bazant_oh_37' or 'lebedev_DEGREE' such as 'lebedev_29', got '{name}'")
+    return lebedev(int(degree))
+
+
+def example() -> str:
+    """The text of a commented study to begin with."""
+    return resources.files("rendulic.study").joinpath("presets", "element_tests.toml").read_text(encoding="utf-8")
+
+
+def read_element_study(path: str | os.PathLike) -> ElementStudy:
+    """Read and check a study.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such file, it is not TOML, or any entry is not admissible: the entry is named.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InvalidInput(f"no element study at {path}: check the path, or write one with --init")
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"{path} is not a TOML file: {error}") from None
+    return validated(ElementStudy, table, str(path))
+
+
+@dataclass(frozen=True)
+class ElementResult:
+    """What one test gave.
+
+    Parameters
+    ----------
+    name : str
+        Of the test.
+    curve : xarray.Dataset
+        All legs one after the other, with the coordinate `leg`.
+    files : list of Path
+        What was written.
+    """
+
+    name: str
+    curve: xr.Dataset
+    files: list[Path]
+
+
+def run_element_study(
+    study: ElementStudy, folder: str | os.PathLike, *, stage: Callable[[str], Progress] = lambda _name: silent
+) -> list[ElementResult]:
+    """Run every test and write its curve, events and planes as CSV, all of it as NetCDF, and figures.
+
+    A test ends early where no quasi-static continuation exists; `stopped_by` of its curve says why, and
+    the legs after it are not run.
+
+    Raises
+    ------
+    InvalidInput
+        If a state is not admissible or the folder cannot be written; the test is named.
+    """
+    folder = writable_folder(Path(folder))
+    model = ChangHicher(
+        rule=_rule(study.model.sphere_rule), formulation=study.model.formulation, **study.material.model_dump()
+    )
+    points = [_point(model, test) for test in study.test]
+    results = []
+    for test, point in zip(study.test, points, strict=True):
+        curve = _run(test, point, study.model.tolerance, stage(test.name))
+        files = [write_dataset(curve, folder / f"{test.name}.nc")]
+        for suffix, table in _tables(curve).items():
+            files.append(write_csv(table, folder / f"{test.name}{suffix}.csv"))
+        files += figures.save(figures.element_tests({test.name: curve}), folder, test.name)
+        files += figures.save(figures.plane_paths(curve, test.name), folder, f"{test.name}_plane_paths")
+        files += figures.save(figures.plane_work(curve, test.name), folder, f"{test.name}_plane_work")
+        results.append(ElementResult(test.name, curve, files))
+    if len(results) > 1:
+        together = figures.element_tests({result.name: result.curve for result in results})
+        figures.save(together, folder, "all_tests")
+    return results
+
+
+def _point(model: ChangHicher, test: ElementTest) -> MaterialPoint:
+    try:
+        return model.at(test.pressure_pa, test.void_ratio)
+    except InvalidInput as error:
+        raise InvalidInput(f"test '{test.name}': {error}") from None
+
+
+def _run(test: ElementTest, point: MaterialPoint, tolerance: float, progress: Progress) -> xr.Dataset:
+    """All legs of a test as one curve."""
+    legs: list[xr.Dataset] = []
+    for k, leg in enumerate((test, *test.then)):
+        try:
+            curve = point.load(leg.loading_path(), tolerance=tolerance, progress=progress)
+        except InvalidInput as error:
+            raise InvalidInput(f"test '{test.name}', leg {k + 1}: {error}") from None
+        curve = curve.assign_coords(
+            leg=("record", np.full(curve.sizes["record"], k + 1)),
+            event_leg=("event", np.full(curve.sizes["event"], k + 1)),
+        )
+        legs.append(curve)
+        if curve.attrs["stopped_by"] not in ("strain", "eta", "peak", "target"):
+            break
+    own = {"path": ", then ".join(leg.attrs["path"] for leg in legs), "test": test.name}
+    return _joined(legs).assign_attrs(legs[-1].attrs | own)
+
+
+def _joined(legs: list[xr.Dataset]) -> xr.Dataset:
+    """Records and events of all legs one after the other; what does not grow is that of the first."""
+    import xarray as xr
+
+    variables = {}
+    for name, variable in legs[0].variables.items():
+        grows = [dim for dim in variable.dims if dim in ("record", "event")]
+        values = variable.values
+        if grows:
+            values = np.concatenate([leg[name].values for leg in legs], axis=variable.dims.index(grows[0]))
+        variables[name] = (variable.dims, values, variable.attrs)
+    return xr.Dataset(variables).set_coords(list(legs[0].coords))
+
+
+def _tables(curve: xr.Dataset) -> dict[str, xr.Dataset]:
+    """The curve in tables of one index each."""
+    plain = curve.reset_coords()
+
+    def with_dims(*dims: str) -> list[str]:
+        return [str(name) for name in plain.data_vars if plain[name].dims == dims]
+
+    return {
+        "": plain[with_dims("record")],
+        "_events": plain[with_dims("event")],
+        "_planes": plain[[*with_dims("record", "plane"), "inclination", "plane_weight", "eps_1", "leg"]],
+    }
