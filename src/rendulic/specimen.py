@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -14,7 +14,9 @@ from rendulic.state import State
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["HasGrains", "Specimen"]
+Reading = TypeVar("Reading")
+
+__all__ = ["HasGrains", "ProbesTogether", "Specimen"]
 
 
 @runtime_checkable
@@ -63,3 +65,24 @@ class HasGrains(Protocol):
 
     def snapshot(self) -> Snapshot:
         """The present state for analysis."""
+
+
+@runtime_checkable
+class ProbesTogether(Protocol):
+    """A specimen that can take many strain probes of its present state faster together than one by one."""
+
+    def probe_together(
+        self,
+        increments: np.ndarray,
+        n_steps: int,
+        *,
+        marks: Sequence[float],
+        read: Callable[[Specimen], Reading],
+        workers: int,
+        on_done: Callable[[int], None],
+    ) -> list[list[Reading]]:
+        """Impose principal strain increments (m, 3), each on a copy; what `read` gave, by increment and mark.
+
+        `read` is called with the copy at each of the increasing `marks`; `on_done` with the number of
+        increments finished since the last call. The number of `workers` changes no result.
+        """

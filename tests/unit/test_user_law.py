@@ -153,3 +153,21 @@ def test_captured_numbers_are_those_of_the_law():
     """Two laws of one source that captured different numbers give different forces, or are refused."""
     forces = [pair(1e-5, amplified(factor)).snapshot().force_n[0] for factor in (1.0, 2.0)]
     assert_allclose(forces[1], 2 * forces[0], rtol=1e-12)
+
+
+def test_a_users_law_gets_lanes():
+    """Probes of an assembly with a user's law advance together, and as one by one; open pairs spoil nothing."""
+    from rendulic.dem.lanes import Lanes
+    from rendulic.dem.servo import drive_for, hold
+
+    # the second pair is a candidate that does not touch: the law would be asked for a negative overlap to 1.5
+    position = [[0.5, 0.5, 0.5], [0.5299, 0.5, 0.5], [0.5, 0.5302, 0.5]]
+    sample = rd.dem.Assembly(position, [0.01, 0.02, 0.02], BOX, law=Hertz())
+    rates = np.array([[0.5, 0.0, 0.0], [-0.5, 2.0, 0.0], [0.0, 5.0, 5.0]])
+    lanes = Lanes(sample, rates, 4)
+    lanes.advance(50)
+    for lane, rate in enumerate(rates):
+        one = sample.clone()
+        one.advance(50, drive_for(one, hold("strain"), (None,) * 3, rate, 0.1))
+        assert_allclose(lanes.assembly(lane).grains.position, one.grains.position, rtol=1e-13)
+        assert np.isfinite(lanes.assembly(lane).grains.force).all()

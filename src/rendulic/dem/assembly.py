@@ -13,6 +13,7 @@ from rendulic.dem.grains import make_grains, morton_order, sphere_masses
 from rendulic.dem.kernels.arrays import Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
 from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.kernels.step import DAMPING
+from rendulic.dem.lanes import probe_in_lanes
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.neighbours import find_contacts
 from rendulic.dem.time_step import critical_time_step
@@ -406,6 +407,10 @@ class Assembly:
     def probe(self, increment, n_steps: int, **options) -> None:
         """Impose a principal strain or stress increment (3,), in place. See `dem.loading.probe`."""
         loading.probe(self, increment, n_steps, **options)
+
+    def probe_together(self, increments, n_steps: int, **options) -> list:
+        """Impose principal strain increments (m, 3) on copies that advance together. See `dem.lanes.probe_in_lanes`."""
+        return probe_in_lanes(self, increments, n_steps, **options)
 
     def clone(self) -> Assembly:
         """An independent assembly in the same state."""

@@ -16,7 +16,7 @@ from rendulic.loading.directions import Directions
 from rendulic.micro.contact_work import CLASSES
 from rendulic.probing.second_order_work import SecondOrderWork, normalised, second_order_work
 from rendulic.progress import Progress, silent
-from rendulic.specimen import HasGrains, Specimen
+from rendulic.specimen import HasGrains, ProbesTogether, Specimen
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,30 +102,34 @@ def probe(
     sigma, eps = specimen.stress, specimen.strain
     finished, lock = 0, Lock()
 
-    def follow(increment: np.ndarray) -> list[dict[str, Any]]:
+    def read(now: Specimen) -> dict[str, Any]:
+        reading: dict[str, Any] = {"d_sigma": np.diag(now.stress - sigma), "d_eps": np.diag(now.strain - eps)}
+        if before is not None and isinstance(now, HasGrains):
+            after = now.snapshot()
+            reading["work"] = second_order_work(before, after)
+            reading["unbalanced_force"] = after.unbalanced_force
+        return reading
+
+    def on_done(count: int) -> None:
         nonlocal finished
+        with lock:
+            finished += count
+            progress(finished, len(increments), f"probe {finished} of {len(increments)}")
+
+    def follow(increment: np.ndarray) -> list[dict[str, Any]]:
         clone = specimen.clone()
         readings: list[dict[str, Any]] = []
-
-        def read(_fraction: float) -> None:
-            reading: dict[str, Any] = {
-                "d_sigma": np.diag(clone.stress - sigma),
-                "d_eps": np.diag(clone.strain - eps),
-            }
-            if before is not None and isinstance(clone, HasGrains):
-                after = clone.snapshot()
-                reading["work"] = second_order_work(before, after)
-                reading["unbalanced_force"] = after.unbalanced_force
-            readings.append(reading)
-
-        clone.probe(increment, total_steps, kind=kind, marks=marks, on_mark=read)
-        with lock:
-            finished += 1
-            progress(finished, len(increments), f"probe {finished} of {len(increments)}")
+        clone.probe(increment, total_steps, kind=kind, marks=marks, on_mark=lambda _share: readings.append(read(clone)))
+        on_done(1)
         return readings
 
-    with ThreadPoolExecutor(max_workers=workers) as pool:
-        results = list(pool.map(follow, increments))
+    if kind == "strain" and isinstance(specimen, ProbesTogether):
+        results = specimen.probe_together(
+            increments, total_steps, marks=marks, read=read, workers=workers, on_done=on_done
+        )
+    else:
+        with ThreadPoolExecutor(max_workers=workers) as pool:
+            results = list(pool.map(follow, increments))
     return _dataset(results[0], results[1:], directions, norms, np.ndim(norm) == 0, kind, total_steps)
 
 

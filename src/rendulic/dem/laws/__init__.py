@@ -18,7 +18,9 @@ class ContactLaw(Protocol):
 
     The functions must be plain Python that numba can compile, without global state; they get
     `parameters` (a tuple of floats) as their last argument. `contact_force` is called while two grains
-    overlap and must return a normal force above zero: zero marks a pair without contact.
+    overlap and must return a normal force above zero: zero marks a pair without contact. (Where several
+    copies of an assembly advance together, it is also computed for pairs that touch in another copy, and
+    the result thrown away.)
     """
 
     @property

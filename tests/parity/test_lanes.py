@@ -1,0 +1,179 @@
+"""Probes in lanes are the probes of the scalar stepper, to rounding, and no lane sees its neighbours."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import rendulic as rd
+from rendulic.dem.lanes import WIDTH, Lanes, batches
+from rendulic.dem.servo import drive_for, hold
+from rendulic.errors import UnstableTimeStep
+
+RATES = np.array(
+    [
+        [0.3, 0.0, 0.0],
+        [-0.3, 0.2, 0.1],
+        [0.0, 0.0, 0.0],
+        [0.1, -0.2, -0.2],
+        [-0.1, -0.1, 0.3],
+        [0.0, 0.4, 0.0],
+        [0.2] * 3,
+    ]
+)
+
+
+def scalar_after(state, rate, n_steps):
+    """The scalar stepper's answer."""
+    one = rd.dem.Assembly.from_state(state)
+    one.advance(n_steps, drive_for(one, hold("strain"), (None,) * 3, rate, 0.1))
+    return one
+
+
+@pytest.mark.parametrize("width", [8, 4])
+@pytest.mark.parametrize("name", ["packed_state", "sheared_state", "dense_state"])
+def test_every_lane_is_the_scalar_stepper(request, name, width):
+    """Positions, velocities, forces and walls after 200 steps, loading and unloading, opening and sliding contacts."""
+    state = request.getfixturevalue(name)
+    lanes = Lanes(rd.dem.Assembly.from_state(state), RATES[:width], width)
+    lanes.advance(200)
+    for lane in range(lanes.n_used):
+        one, other = scalar_after(state, RATES[lane], 200), lanes.assembly(lane)
+        # two compilations of the same sums differ by contraction to fused multiply-add: rounding, that sliding
+        # contacts can make some orders larger
+        largest = one.contacts.force.max()  # resultants are small differences of contact forces
+        assert_allclose(other.grains.position, one.grains.position, rtol=0, atol=1e-13)
+        assert_allclose(other.grains.force, one.grains.force, rtol=0, atol=1e-9 * largest)
+        assert_allclose(other.walls.position, one.walls.position, rtol=1e-14)
+        assert_allclose(other.stress, one.stress, rtol=0, atol=1e-9 * np.abs(one.stress).max())
+        assert other.n_contacts == one.n_contacts
+        assert (other.n_steps, other.time) == (one.n_steps, pytest.approx(one.time, rel=1e-12))
+
+
+def test_contacts_open_close_and_slide_in_these_tests(sheared_state):
+    """The states that the parity test compares go through what it claims."""
+    before, after = rd.dem.Assembly.from_state(sheared_state), scalar_after(sheared_state, RATES[0], 200)
+    pairs = [{*zip(s.first.tolist(), s.second.tolist(), strict=True)} for s in (before.snapshot(), after.snapshot())]
+    assert pairs[0] - pairs[1]
+    assert pairs[1] - pairs[0]
+    shot = after.snapshot()
+    assert (np.linalg.norm(shot.force_t, axis=1) > 0.999 * shot.friction * shot.force_n).sum() > 5
+
+
+def test_a_lane_does_not_see_its_neighbours(sheared_state):
+    """The same rate in another lane, beside other rates: the same to the bit."""
+    base = rd.dem.Assembly.from_state(sheared_state)
+    one, other = Lanes(base, RATES, 8), Lanes(base, RATES[::-1], 8)
+    for lanes in (one, other):
+        lanes.advance(300)
+    a, b = one.assembly(1), other.assembly(len(RATES) - 2)
+    assert_array_equal(a.grains.row, b.grains.row)
+    assert_array_equal(a.walls.force, b.walls.force)
+
+
+def test_lanes_find_new_pairs_when_they_have_to(sheared_state):
+    """With a margin that is soon used up, pairs are found anew, and the answer is the scalar stepper's."""
+    base = rd.dem.Assembly.from_state(sheared_state)
+    base.margin = 1e-5
+    base.contacts, base.wall_contacts = base._candidates(base.contacts)
+    base._compute_forces()
+    narrow = base.save()
+    fast = 10 * RATES
+    lanes = Lanes(base, fast, 8)
+    lanes.advance(200)
+    assert lanes.n_rebuilds > 0
+    for lane in (0, 1):
+        one, other = scalar_after(narrow, fast[lane], 200), lanes.assembly(lane)
+        assert_allclose(other.grains.position, one.grains.position, rtol=0, atol=1e-12)
+        assert other.n_contacts == one.n_contacts
+
+
+def test_a_lane_goes_on_as_an_assembly(sheared_state):
+    """What is taken out of a lane is whole: stepping on with it is stepping on in the lane."""
+    base = rd.dem.Assembly.from_state(sheared_state)
+    lanes = Lanes(base, RATES, 8)
+    lanes.advance(100)
+    out = lanes.assembly(0)
+    out.advance(100, drive_for(out, hold("strain"), (None,) * 3, RATES[0], 0.1))
+    lanes.advance(100)
+    assert_allclose(out.grains.position, lanes.assembly(0).grains.position, rtol=0, atol=1e-13)
+
+
+def test_marks_and_workers_do_not_change_a_probe(sheared):
+    """Reading on the way, more workers and other directions beside change no bit of a probe."""
+    around = rd.directions.rendulic(step=60)
+    one = rd.probe(sheared, around, norm=[1e-5, 3e-5], n_steps=60, workers=1)
+    two = rd.probe(sheared, around, norm=[1e-5, 3e-5], n_steps=60, workers=3)
+    alone = rd.probe(sheared, rd.directions.axisymmetric([120.0]), norm=[1e-5, 3e-5], n_steps=60)
+    for name in one.data_vars:
+        assert_array_equal(one[name].values, two[name].values)
+    assert_array_equal(alone.d_sigma.values[:, 0], one.d_sigma.sel(alpha=120.0).values)
+
+
+def test_probes_in_lanes_are_probes_one_by_one(sheared):
+    """`rd.probe` of an assembly, and of the same assembly that hides that it can probe together."""
+
+    class OneByOne:
+        def __init__(self, own):
+            self.own = own
+            self.snapshot, self.probe = own.snapshot, own.probe
+
+        stress = property(lambda self: self.own.stress)
+        strain = property(lambda self: self.own.strain)
+
+        def clone(self):
+            return OneByOne(self.own.clone())
+
+    around = rd.directions.rendulic(step=45)
+    together = rd.probe(sheared, around, norm=5e-5, n_steps=200)
+    single = rd.probe(OneByOne(sheared), around, norm=5e-5, n_steps=200)
+    # stresses of 1e5 Pa to rounding, in increments of 1e3 to 1e4 Pa
+    assert_allclose(together.d_sigma, single.d_sigma, rtol=0, atol=1e-4)
+    assert_allclose(together.w2_normalised, single.w2_normalised, atol=1e-8)
+    assert_allclose(
+        together.w2_contacts, single.w2_contacts, rtol=1e-6, atol=1e-9 * float(abs(single.w2_contacts).max())
+    )
+    assert (together.identity_residual < 1e-12).all()
+
+
+def test_divergence_is_told(packed):
+    """A lane that diverges ends in an error, not in numbers."""
+    packed.grains.velocity[:] = 1e4
+    with pytest.raises(UnstableTimeStep):
+        Lanes(packed, RATES, 8).advance(2000)
+
+
+def test_the_plan_of_batches_holds_all():
+    """Batches follow each other without a gap, whatever the number."""
+    for count in range(1, 40):
+        plan = batches(count)
+        assert plan[0] == 0
+        assert all(later - earlier == WIDTH for earlier, later in pairwise(plan))
+        assert 0 < count - plan[-1] <= WIDTH
+
+
+def test_without_the_compiler():
+    """The kernels are plain Python: a small packing in lanes with the compiler off."""
+    code = (
+        "import numpy as np, rendulic as rd\n"
+        "from rendulic.dem.lanes import Lanes\n"
+        "from rendulic.dem.servo import drive_for, hold\n"
+        "x = np.array([[0.0101, 0.01, 0.01], [0.0298, 0.011, 0.0102]])\n"
+        "a = rd.dem.Assembly(x, np.array([0.01, 0.01]), [0.0, 0.04, 0.0, 0.04, 0.0, 0.04])\n"
+        "rate = np.array([[2.0, -1.0, 0.5]])\n"
+        "lanes = Lanes(a, rate, 4)\n"
+        "lanes.advance(20)\n"
+        "b = a.clone()\n"
+        "b.advance(20, drive_for(b, hold('strain'), (None,) * 3, rate[0], 0.1))\n"
+        "assert np.abs(lanes.assembly(0).grains.position - b.grains.position).max() < 1e-15\n"
+        "assert np.abs(b.grains.force).max() > 1.0\n"
+    )
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
