@@ -8,7 +8,7 @@ import numpy as np
 
 from rendulic.errors import InvalidInput
 
-__all__ = ["finite_array", "positive_number", "whole_number"]
+__all__ = ["finite_array", "increasing_fractions", "positive_number", "whole_number"]
 
 
 def finite_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
@@ -57,3 +57,15 @@ def whole_number(name: str, value, lowest: int) -> int:
     if not is_whole:
         raise InvalidInput(f"{name} must be a whole number of at least {lowest}, got {value!r}")
     return int(value)
+
+
+def increasing_fractions(name: str, values) -> tuple[float, ...]:
+    """Return `values` as a tuple if they are increasing, above 0, and end with 1.
+
+    >>> increasing_fractions("marks", [0.5, 1.0])
+    (0.5, 1.0)
+    """
+    marks = tuple(values)
+    if not marks or marks[-1] != 1.0 or not marks[0] > 0.0 or list(marks) != sorted(set(marks)):
+        raise InvalidInput(f"{name} must be increasing fractions of the increment that end with 1, got {values!r}")
+    return marks

@@ -12,6 +12,7 @@ __all__ = [
     "NotEquilibrated",
     "RendulicError",
     "UnstableTimeStep",
+    "nearest",
     "one_of",
 ]
 
@@ -40,6 +41,13 @@ class CorruptFile(RendulicError):
     """A file is truncated, altered, foreign, or of a schema this version does not read."""
 
 
+def nearest(name: str, options: Iterable[str]) -> str | None:
+    """The option most like `name`, upper and lower case alike, or None if none is."""
+    own = {option.lower(): option for option in options}
+    near = get_close_matches(name.lower(), own, n=1)
+    return own[near[0]] if near else None
+
+
 def one_of(value: str, options: Iterable[str], name: str) -> str:
     """Return `value` if it is one of `options`, else raise with the nearest valid one.
 
@@ -53,6 +61,6 @@ def one_of(value: str, options: Iterable[str], name: str) -> str:
     options = list(options)
     if value in options:
         return value
-    near = get_close_matches(str(value), options, n=1)
-    hint = f"did you mean '{near[0]}'? " if near else ""
+    near = nearest(str(value), options)
+    hint = f"did you mean '{near}'? " if near else ""
     raise InvalidInput(f"unknown {name} '{value}': {hint}valid ones are {', '.join(options)}")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from rendulic.errors import InvalidInput
+from rendulic.errors import InvalidInput, nearest
 
 __all__ = ["Positive", "Section", "validated"]
 
@@ -26,6 +25,8 @@ Model = TypeVar("Model", bound=BaseModel)
 
 def validated(model: type[Model], table: Mapping[str, Any], what: str) -> Model:
     """`table` as a `model`, or `InvalidInput` that names the entry, what came, and the nearest valid name."""
+    if not isinstance(table, Mapping):
+        raise InvalidInput(f"{what}: expected names with values, got {table!r}")
     try:
         return model.model_validate(dict(table))
     except ValidationError as error:
@@ -33,9 +34,8 @@ def validated(model: type[Model], table: Mapping[str, Any], what: str) -> Model:
         where = ".".join(str(part) for part in first["loc"])
         message = first["msg"].removeprefix("Value error, ")
         if first["type"] == "extra_forbidden":
-            names = {name.lower(): name for name in _names(model, first["loc"])}
-            near = [names[match] for match in get_close_matches(str(first["loc"][-1]).lower(), names, n=1)]
-            message = "there is no such entry" + (f"; did you mean '{near[0]}'?" if near else "")
+            near = nearest(str(first["loc"][-1]), _names(model, first["loc"]))
+            message = "there is no such entry" + (f"; did you mean '{near}'?" if near else "")
         came = f", got {first['input']!r}" if where and isinstance(first["input"], int | float | str) else ""
         if first["type"] == "extra_forbidden":
             came = ""

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.chang_hicher.following import TOLERANCE, Run, follow_path
+from rendulic.chang_hicher.following import TOLERANCE, follow_path
 from rendulic.chang_hicher.kernels.arrays import to_tensor
-from rendulic.chang_hicher.kernels.integrate import EVENTS
+from rendulic.chang_hicher.kernels.integrate import EVENTS, RECORD_COLUMNS
 from rendulic.chang_hicher.model import ChangHicher
 from rendulic.chang_hicher.parameters import Parameters
-from rendulic.chang_hicher.planes import PlaneGeometry
 from rendulic.checks import finite_array, whole_number
 from rendulic.curve import COLUMNS, stress_columns
 from rendulic.errors import InvalidInput, one_of
@@ -91,7 +90,6 @@ def load_many(
     values = {name: np.broadcast_to(finite_array(name, value, value.shape), n) for name, value in table.items()}
     workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
     base = ChangHicher(rule=rule, fabric=fabric, formulation=formulation)
-    geometry = PlaneGeometry(base.rule, base.fabric)
     marks = np.linspace(0.0, 1.0, n_records)
     states = np.full((n, n_records, 12), np.nan)
     peaks = np.full((n, 12), np.nan)
@@ -103,12 +101,15 @@ def load_many(
         own = {name: float(column[sample]) for name, column in values.items()}
         state = {name: own.pop(name) for name in STATE}
         try:
-            point = base.with_parameters(geometry, **own).at(state["pressure"], state["void_ratio"])
-            runs, ends[sample] = follow_path(point, path, tolerance, watches_planes=False)
+            point = base.with_parameters(**own).at(state["pressure"], state["void_ratio"])
+            followed = follow_path(point, path, tolerance, watches_planes=False)
         except InvalidInput as error:
             raise InvalidInput(f"sample {sample}: {error}") from None
-        states[sample] = _interpolated(runs[-1], marks)
-        events = np.concatenate([log.events for log in runs[-1].logs])
+        ends[sample] = followed.stopped_by
+        logs = (followed.driven if path.is_driven else followed.ramp) or []
+        rows = np.concatenate([np.empty((0, RECORD_COLUMNS)), *(log.rows for log in logs)])
+        states[sample] = _interpolated(rows, path, marks)
+        events = np.concatenate([np.empty((0, 15)), *(log.events for log in logs)])
         found = events[events[:, 0] == EVENTS.index("q_peak")]
         if len(found):
             peaks[sample] = found[0, 2:14]
@@ -132,17 +133,24 @@ def load_many(
     return result.assign_coords({"share": ("record", marks, {"long_name": "share of the path"})} | varied)
 
 
-def _interpolated(run: Run, marks: np.ndarray) -> np.ndarray:
+def _interpolated(rows: np.ndarray, path: Path, marks: np.ndarray) -> np.ndarray:
     """Stress and strain (m, 12) at shares of a path; NaN beyond its end.
 
-    Cubic between records, with the rates at both. Where a plane changes sides there are two records,
-    with the rates before and after.
+    The share is that of the axial strain (of the fastest axis where the axial one rests), or of the way to the
+    stresses of a path without driven strains. Cubic between records, with the rates at both. Where a plane
+    changes sides there are two records, with the rates before and after.
     """
-    rows = np.concatenate([log.rows for log in run.logs])
-    share, rates = rows[:, 12], rows[:, 13:25] / rows[:, 25:26]
-    after = np.clip(np.searchsorted(share, marks, side="left"), 1, max(len(rows) - 1, 1))
+    if len(rows) == 0:
+        return np.full((len(marks), 12), np.nan)
+    place = 12
+    if path.is_driven:
+        place = 6 + (0 if abs(rows[-1, 6] - rows[0, 6]) > 0.0 else int(np.abs(rows[-1, 6:9] - rows[0, 6:9]).argmax()))
+    scale = np.sign(rows[-1, place] - rows[0, place]) * (path.until.strain if path.is_driven else 1.0) or 1.0
+    share = (rows[:, place] - rows[0, place]) / scale
     if len(rows) < 2:
-        return np.where(marks[:, None] <= share[0], rows[0, :12], np.nan)
+        return np.where(marks[:, None] <= 0.0, rows[0, :12], np.nan)
+    rates = rows[:, 13:25] / rows[:, 13 + place, None] * scale
+    after = np.clip(np.searchsorted(share, marks, side="left"), 1, len(rows) - 1)
     before = after - 1
     length = (share[after] - share[before])[:, None]
     t = (marks - share[before])[:, None] / np.where(length > 0.0, length, 1.0)
@@ -150,4 +158,4 @@ def _interpolated(run: Run, marks: np.ndarray) -> np.ndarray:
         (1 + 2 * t) * (1 - t) ** 2 * rows[before, :12] + t * (1 - t) ** 2 * length * rates[before]
         + t**2 * (3 - 2 * t) * rows[after, :12] - t**2 * (1 - t) * length * rates[after]
     )  # fmt: skip
-    return np.where(marks[:, None] <= share[-1] * (1.0 + 1e-12), values, np.nan)
+    return np.where(marks[:, None] <= share[-1] * (1.0 + 1e-9), values, np.nan)

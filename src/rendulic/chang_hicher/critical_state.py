@@ -24,7 +24,7 @@ def critical_void_ratio(p: float, e_ref: float, critical_slope: float, p_ref: fl
 
 
 def critical_pressure(void_ratio: Number, e_ref: Number, critical_slope: Number, p_ref: Number) -> Number:
-    """The mean stress at which this void ratio is critical, in the unit of `p_ref`."""
+    """The mean stress at which this void ratio is critical, in the unit of `p_ref`; the slope must not be 0."""
     return p_ref * 10.0 ** ((e_ref - void_ratio) / critical_slope)
 
 

@@ -11,28 +11,23 @@ from itertools import pairwise
 import numpy as np
 
 from rendulic.chang_hicher import plane_law
-from rendulic.chang_hicher.following import look_at
+from rendulic.chang_hicher.following import look_at, reference_scales
 from rendulic.chang_hicher.kernels.arrays import (
     BETA,
     BY_PRESSURE,
     BY_VOID_RATIO,
-    CONSISTENT,
     DENSITY,
     HARDENING,
-    KAPPA,
     MODULUS,
-    SIGMA,
     SLOPE,
     SOFTENING,
-    STIFFNESS,
     VOID_RATIO,
     Control,
-    X,
     to_mandel,
     to_tensor,
 )
 from rendulic.chang_hicher.kernels.integrate import find_at_yield
-from rendulic.chang_hicher.kernels.rates import VALID, settle
+from rendulic.chang_hicher.kernels.rates import VALID, settle, void_ratio_effect
 from rendulic.chang_hicher.plane_law import Number
 from rendulic.chang_hicher.point import MaterialPoint
 from rendulic.checks import finite_array
@@ -42,9 +37,10 @@ from rendulic.tensors.rendulic_plane import increment_along
 __all__ = ["Stability", "Tangent", "closed_form_cone", "plane_stiffness", "stability", "tangent"]
 
 MERGE = 1e-7  # degrees between which two directions are one
+INSIDE = 1e-5  # degrees: a zone is at least as wide
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tangent:
     """The linear response of a state to strain increments near one direction.
 
@@ -92,8 +88,7 @@ def tangent(point: MaterialPoint, d_eps: np.ndarray) -> Tangent:
     direction = _direction(d_eps)
     work = look_at(point)
     n = len(point.memory)
-    p = float(point.sigma[:3].sum()) / 3.0
-    stiffness = float(work.scalar[STIFFNESS] * p**point.material.exponent)
+    p, stiffness = reference_scales(point, work)
     control = Control(np.zeros((6, 6)), stiffness * np.eye(6), stiffness * direction, 1.0, p, p / stiffness)
     at_yield, active, rate = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool), np.zeros(13)
     find_at_yield(work, active, at_yield)
@@ -128,11 +123,7 @@ def _measures(point: MaterialPoint, work, stiffness: np.ndarray) -> np.ndarray:
     trace = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
     by_stress = shear - own[:, SLOPE, None] * planes.normal_mandel
     by_stress = by_stress - np.outer(own[:, SOFTENING] * scalar[BY_PRESSURE] / 3.0, trace)
-    by_void = own[:, SOFTENING] * scalar[BY_VOID_RATIO]
-    if point.material.formulation == CONSISTENT:
-        by_void = by_void + own[:, SIGMA] * own[:, KAPPA] * (1.0 - own[:, X]) * scalar[DENSITY]
-    else:
-        by_void = np.zeros(len(own))
+    by_void = np.array([void_ratio_effect(row, scalar[BY_VOID_RATIO], scalar[DENSITY], point.material) for row in own])
     return by_stress @ stiffness + np.outer((1.0 + scalar[VOID_RATIO]) * by_void, trace)
 
 
@@ -157,7 +148,7 @@ def plane_stiffness(point: MaterialPoint) -> dict[str, Number]:
     }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stability:
     """What the tangent of a state says about its stability.
 
@@ -167,7 +158,8 @@ class Stability:
         Smallest eigenvalue of the symmetric part of the tangent stiffness, Pa; not positive: mode 2, W2
         is negative in the direction `weakest` (Hill's condition is lost).
     weakest : (3, 3) array
-        That strain direction, of norm 1, among those in which the same planes load.
+        The eigenvector, of norm 1 and either sign. It is an unstable direction of the state only if the
+        same planes load in it as in the direction that the tangent was taken in; see `closed_form_cone`.
     determinant : float
         Of the tangent over that of the elastic stiffness; zero: mode 1.
     least_plane_determinant : float
@@ -184,7 +176,7 @@ class Stability:
 
     @property
     def is_stable(self) -> bool:
-        """Whether W2 is positive in every direction in which these planes load."""
+        """Whether W2 is positive in every direction in which these planes load (enough, not necessary)."""
         return self.hill > 0.0
 
 
@@ -192,9 +184,9 @@ def stability(point: MaterialPoint, d_eps: np.ndarray) -> Stability:
     """Hill's condition and the determinants for the tangent in the direction `d_eps`; see `tangent`."""
     own = tangent(point, d_eps)
     values, vectors = np.linalg.eigh(0.5 * (own.stiffness + own.stiffness.T))
-    elastic = np.einsum("aij,a->ij", point.model.planes.elastic, 1.0 / look_at(point).plane[:, MODULUS])
-    planes = plane_stiffness(point)
     k_n = look_at(point).plane[:, MODULUS]
+    elastic = np.einsum("aij,a->ij", point.model.planes.elastic, 1.0 / k_n)
+    planes = plane_stiffness(point)
     return Stability(
         hill=float(values[0]),
         weakest=to_tensor(vectors[:, 0]),
@@ -227,16 +219,17 @@ def closed_form_cone(point: MaterialPoint) -> list[tuple[float, float]]:
     edges: list[tuple[float, float]] = []
     alpha = start
     zones: list[tuple[float, float, Tangent]] = []
-    while alpha < start + 360.0 - MERGE:
-        inside = alpha + 1e-6
-        own = tangent(point, np.diag(increment_along(inside)))
-        # planes that neither load nor could are of no account
-        forms = own.measure[own.at_yield] @ frame.T
-        forms = forms[np.abs(forms).max(axis=1) > 1e-9 * np.abs(own.stiffness).max()]
-        roots = np.degrees(np.arctan2(-forms[:, 0], forms[:, 1]))  # and every half turn
-        ahead = (roots - inside) % 180.0
-        reach = float(ahead[ahead > 1e-6].min()) if (ahead > 1e-6).any() else 180.0
-        end = min(inside + reach, start + 360.0)
+    while alpha < start + 360.0 - INSIDE:
+        # the zone's tangent, from its middle: near its edge the plane that changes sides there is hardly seen
+        inside = alpha + INSIDE
+        own, end = tangent(point, np.diag(increment_along(inside))), alpha
+        for _ in range(20):
+            now = tangent(point, np.diag(increment_along(inside)))
+            same = end > alpha and bool((now.is_loading == own.is_loading).all())
+            own, end = now, min(_next_edge(now, frame, alpha + INSIDE), start + 360.0)
+            if same:
+                break
+            inside = 0.5 * (alpha + end)
         zones.append((alpha, end, own))
         alpha = end
     for first, last, own in zones:
@@ -258,15 +251,22 @@ def closed_form_cone(point: MaterialPoint) -> list[tuple[float, float]]:
     return _merged(edges)
 
 
+def _roots(own: Tangent, frame: np.ndarray) -> np.ndarray:
+    """Directions modulo a half turn at which a plane at yield neither loads nor unloads."""
+    forms = own.measure[own.at_yield] @ frame.T
+    # planes that neither load nor could are of no account
+    forms = forms[np.abs(forms).max(axis=1) > 1e-9 * np.abs(own.stiffness).max()]
+    return np.degrees(np.arctan2(-forms[:, 0], forms[:, 1])) % 180.0
+
+
+def _next_edge(own: Tangent, frame: np.ndarray, alpha: float) -> float:
+    """The next direction after `alpha` at which a plane changes sides under this tangent."""
+    return alpha + float(((_roots(own, frame) - alpha) % 180.0).min(initial=180.0))
+
+
 def _first_edge(point: MaterialPoint, frame: np.ndarray) -> float:
     """A direction at which some plane changes sides, to begin the round with; 0 if there is none."""
-    own = tangent(point, np.diag(increment_along(0.0)))
-    forms = own.measure[own.at_yield] @ frame.T
-    forms = forms[np.abs(forms).max(axis=1) > 1e-9 * np.abs(own.stiffness).max()]
-    if not len(forms):
-        return 0.0
-    roots = np.degrees(np.arctan2(-forms[:, 0], forms[:, 1])) % 180.0
-    return float(roots[roots > 1e-6].min(initial=180.0))
+    return float(_roots(tangent(point, np.diag(increment_along(0.0))), frame).min(initial=180.0))
 
 
 def _merged(sectors: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -66,9 +66,13 @@ class ChangHicher:
     ) -> None:
         self.parameters = validated(Parameters, parameters, "parameters of the Chang-Hicher model")
         self.formulation = one_of(formulation, FORMULATIONS, "formulation")
+        if not isinstance(rule, SphereRule | None):
+            raise InvalidInput(f"rule must be a SphereRule, as bazant_oh_37() or lebedev(29), got {rule!r}")
+        check_denominator(self.parameters, self.formulation, self.parameters.tan_phi_mu)
         self.rule = bazant_oh_37() if rule is None else rule
         self.fabric = None if fabric is None else finite_array("fabric", fabric, (3, 3))
-        self.planes = PlaneGeometry(self.rule, self.fabric).planes(self.parameters.k_rR)
+        self.geometry = PlaneGeometry(self.rule, self.fabric)
+        self.planes = self.geometry.planes(self.parameters.k_rR)
 
     @classmethod
     def preset(cls, name: str, **options: Any) -> ChangHicher:
@@ -128,17 +132,16 @@ class ChangHicher:
                 f"positive: lower the pressure below {own.p_ref * 10 ** (own.e_ref / own.critical_slope):.3g} Pa"
             )
         tan_peak = peak_friction(void_ratio, e_c, own.interlocking, own.tan_phi_mu)
-        check_denominator(own, tan_peak, tan_peak if self.formulation == "printed" else own.flow_friction)
+        check_denominator(own, self.formulation, tan_peak)
         return MaterialPoint.virgin(self, to_mandel(sigma), void_ratio)
 
-    def with_parameters(self, geometry: PlaneGeometry | None = None, **parameters: Any) -> ChangHicher:
+    def with_parameters(self, **parameters: Any) -> ChangHicher:
         """The same planes and formulation with other parameters; those not given are kept."""
         other = object.__new__(ChangHicher)
+        other.__dict__.update(self.__dict__)
         values = {**self.parameters, **parameters}
         other.parameters = validated(Parameters, values, "parameters of the Chang-Hicher model")
-        other.formulation, other.rule, other.fabric = self.formulation, self.rule, self.fabric
-        geometry = geometry or PlaneGeometry(self.rule, self.fabric)
-        other.planes = geometry.planes(other.parameters.k_rR)
+        other.planes = self.geometry.planes(other.parameters.k_rR)
         return other
 
     @classmethod

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from rendulic.chang_hicher import plane_law
 from rendulic.errors import InvalidInput, one_of
@@ -45,11 +45,6 @@ class Parameters(Section):
     interlocking: float = Field(1.0, ge=0, le=10, description="m of tan(phi_p) = (e_c / e)^m tan(phi_mu)")
     branch_length: Positive = Field(0.36e-3, description="l: distance of touching grains' centres, m; about d50")
 
-    @model_validator(mode="after")
-    def _denominator_is_positive(self) -> Parameters:
-        check_denominator(self, self.tan_phi_mu, self.flow_friction)
-        return self
-
     @property
     def flow_friction(self) -> float:
         """`tan(phi_0)`."""
@@ -63,26 +58,25 @@ class Parameters(Section):
         return getattr(self, name)
 
 
-def check_denominator(parameters: Parameters, tan_phi_p: float, tan_flow: float) -> None:
+def check_denominator(parameters: Parameters, formulation: str, tan_phi_p: float) -> None:
     """Raise `InvalidInput` unless `B > 0` at every obliquity up to the peak friction.
 
     Where `B` of Eq. 41 vanishes, a plane snaps back: its stiffness is infinite.
     """
     x = np.linspace(0.0, 1.0, 401)
     eta = x * tan_phi_p
-    slope = plane_law.loading_slope(eta, tan_phi_p, parameters.exponent)
-    # k_rR is what B exceeds by this much
+    slope = plane_law.loading_slope(eta, tan_phi_p, parameters.exponent) if formulation == "consistent" else eta
+    tan_flow = tan_phi_p if formulation == "printed" else parameters.flow_friction
     needed = slope * plane_law.dilatancy(parameters.dilatancy, tan_flow, eta)
-    needed = float((needed - plane_law.hardening_modulus(parameters.k_pR, x)).max())
-    simple = plane_law.least_shear_ratio(parameters.k_pR, parameters.dilatancy, tan_phi_p)
-    for bound in (needed, float(simple) if tan_flow == tan_phi_p else needed):
-        if parameters.k_rR <= bound:
-            raise InvalidInput(
-                f"k_rR = {parameters.k_rR:g} is too small: B > 0 (Eq. 41) needs k_rR > {bound:.4g} with k_pR = "
-                f"{parameters.k_pR:g}, D = {parameters.dilatancy:g}, tan(phi_p) = {tan_phi_p:.4g} "
-                "(at n = 0: k_rR > D^2 t^4 / (4 (k_pR + D t^2)), t = tan(phi_p)); "
-                "raise k_rR or k_pR, or lower D or the friction"
-            )
+    bound = float((needed - plane_law.hardening_modulus(parameters.k_pR, x)).max())
+    if parameters.k_rR <= bound:
+        simple = plane_law.least_shear_ratio(parameters.k_pR, parameters.dilatancy, tan_phi_p)
+        raise InvalidInput(
+            f"k_rR = {parameters.k_rR:g} is too small: B > 0 (Eq. 41) needs k_rR > {bound:.4g} with k_pR = "
+            f"{parameters.k_pR:g}, D = {parameters.dilatancy:g}, t = tan(phi_p) = {tan_phi_p:.4g} in the formulation "
+            f"'{formulation}' (at n = 0: k_rR > D^2 t^4 / (4 (k_pR + D t^2)) = {simple:.4g}); raise k_rR or k_pR, or "
+            "lower D or the friction"
+        )
 
 
 HOSTUN_SOURCE = """Paper, section 5.3: e_ref, critical_slope, p_ref, interlocking, exponent, k_rR, k_pR (k_p0 = k_n).

@@ -11,6 +11,8 @@ from rendulic.tensors.sphere_rules import SphereRule
 
 __all__ = ["PlaneGeometry", "contact_density", "fabric_of"]
 
+LEAST_DEGREE = 5
+
 
 def fabric_of(rule: SphereRule, density: np.ndarray | None = None) -> np.ndarray:
     """`F = <n n>` (3, 3) of trace 1; isotropic: a third of unity.
@@ -55,6 +57,10 @@ class PlaneGeometry:
     """
 
     def __init__(self, rule: SphereRule, fabric: np.ndarray | None) -> None:
+        if rule.degree < LEAST_DEGREE:
+            raise InvalidInput(
+                f"the rule '{rule.name}' is exact to degree {rule.degree}: elastic stiffness and fabric need {LEAST_DEGREE}"
+            )
         density = contact_density(rule, fabric)
         weights = rule.weights * density / (rule.weights @ density)
         self.normal = np.ascontiguousarray(rule.normals)
@@ -67,8 +73,28 @@ class PlaneGeometry:
         # stress -> sym(m x (sigma m)), column by column
         tractions = [np.einsum("ij,aj->ai", to_tensor(unit), self.branch) for unit in np.eye(6)]
         spread = np.stack([to_mandel(_symmetric(self.branch, traction)) for traction in tractions], axis=-1)
+        self._images: dict[bytes, np.ndarray | None] = {}
         self._spread = self.weight3[:, None, None] * spread
         self._normal_part = self.weight3[:, None, None] * _outer(self.normal_mandel, self.normal_mandel)
+
+    def image(self, operation: np.ndarray) -> np.ndarray | None:
+        """The plane onto which an orthogonal `operation` (3, 3) maps each plane; None if it is not a symmetry."""
+        key = operation.tobytes()
+        if key not in self._images:
+            self._images[key] = self._find_image(operation)
+        return self._images[key]
+
+    def _find_image(self, operation: np.ndarray) -> np.ndarray | None:
+        turned, carried = self.normal @ operation.T, self.branch @ operation.T
+        cosines = turned @ self.normal.T
+        image = np.abs(cosines).argmax(axis=1)
+        sign = np.sign(cosines[np.arange(len(image)), image])[:, None]
+        fits = (
+            np.abs(sign * self.normal[image] - turned).max() < 1e-9
+            and np.abs(sign * self.branch[image] - carried).max() < 1e-9
+            and np.abs(self.weight3[image] - self.weight3).max() < 1e-9
+        )
+        return image if fits else None
 
     def planes(self, shear_ratio: float) -> Planes:
         """What the kernels take, for `k_r / k_n = shear_ratio`."""

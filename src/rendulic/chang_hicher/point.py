@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rendulic.chang_hicher import following
-from rendulic.chang_hicher.kernels.arrays import to_tensor, work_for
-from rendulic.chang_hicher.kernels.rates import look
+from rendulic.chang_hicher.kernels.arrays import SIGMA, TAN_PEAK, TAU, to_tensor
 from rendulic.chang_hicher.model import ChangHicher
 from rendulic.checks import finite_array
 from rendulic.errors import InvalidInput, one_of
@@ -80,13 +79,9 @@ class MaterialPoint:
 
     def planes(self) -> dict[str, np.ndarray]:
         """Normal stress, shear stress (Pa) and normalised obliquity x of every plane, (n,) each."""
-        work = work_for(len(self.memory))
-        look(
-            self.material, self.model.planes, self.sigma, self.eps, self.memory, np.zeros(len(self.memory), bool), work
-        )
-        return {name: work.plane[:, k].copy() for k, name in enumerate(("sigma", "tau"))} | {
-            "x": work.plane[:, 1] / work.plane[:, 0] / work.scalar[1]
-        }
+        work = following.look_at(self)
+        sigma, tau = work.plane[:, SIGMA].copy(), work.plane[:, TAU].copy()
+        return {"sigma": sigma, "tau": tau, "x": tau / sigma / work.scalar[TAN_PEAK]}
 
     def load(
         self,
@@ -104,7 +99,8 @@ class MaterialPoint:
            plane begins or ceases to load.
         3. The path ends at its strain, stress ratio or peak, or where no quasi-static continuation
            exists: `stopped_by` then says "loss of controllability", "plastic limit" (only formulations
-           that are not defined beyond), or "no stress left". The point stays there.
+           that are not defined beyond), "no stress left" or "no voids left". The point stays there. The
+           bound of strain (`Until`) holds for any axis while stresses are brought to their places.
 
         Parameters
         ----------
@@ -120,7 +116,7 @@ class MaterialPoint:
         Returns
         -------
         xarray.Dataset
-            Dimension `record`: the curve (`rendulic.curve`), with `w2` per squared axial strain rate in
+            Dimension `record` (two records at one strain where a plane changes sides): the curve (`rendulic.curve`), with `w2` per squared axial strain rate in
             Pa, determinants and Hill's eigenvalue; `plane`: local stresses, strains and W2; `event`: what
             happened where. See `following.dataset`.
 
@@ -194,16 +190,17 @@ class MaterialPoint:
         state.expect_kind(KIND)
         try:
             own, arrays = state.attributes, state.arrays
-            rule = SphereRule.__new__(SphereRule)
-            for name, value in (
-                ("name", own["rule"]), ("degree", own["rule_degree"]), ("normals", arrays["plane_normals"]),
-                ("weights", arrays["plane_weights"]),
-            ):  # fmt: skip
-                object.__setattr__(rule, name, value)
+            n = len(arrays["plane_normals"])
+            normals = finite_array("plane_normals of a state", arrays["plane_normals"], (n, 3))
+            rule = SphereRule(own["rule"], normals, arrays["plane_weights"], own["rule_degree"])
+            # the constructor normalises; a restored point must be the saved one to the bit
+            object.__setattr__(rule, "normals", normals)
+            object.__setattr__(rule, "weights", arrays["plane_weights"].copy())
             model = ChangHicher(
                 rule=rule, fabric=arrays.get("fabric"), formulation=own["formulation"], **own["parameters"]
             )
-            kept = (arrays["sigma"], arrays["eps"], arrays["plane_strain"], arrays["memory"])
-            return cls(model, own["void_ratio_0"], *(array.copy() for array in kept))
-        except KeyError as error:
+            shapes = {"sigma": (6,), "eps": (6,), "plane_strain": (n, 4), "memory": (n,)}
+            kept = [finite_array(f"{name} of a state", arrays[name], shape) for name, shape in shapes.items()]
+            return cls(model, own["void_ratio_0"], *kept)
+        except (KeyError, TypeError) as error:
             raise InvalidInput(f"the state of a Chang-Hicher point lacks {error}") from None

@@ -94,8 +94,15 @@ def _along(rows: np.ndarray, compliances: np.ndarray, rate: np.ndarray, lengths:
     """The quantities of `ALONG`."""
     d_sigma, d_eps = rows[:, 13:19], rows[:, 19:25]
     w2 = (d_sigma * d_eps).sum(axis=1)
-    stiffness = np.linalg.inv(compliances)
-    determinant = np.linalg.det(stiffness)
+    known = np.isfinite(compliances).all(axis=(1, 2))
+    known[known] = np.abs(np.linalg.det(compliances[known])) > 0.0
+    stiffness = np.full_like(compliances, np.nan)
+    stiffness[known] = np.linalg.inv(compliances[known])
+    symmetric = 0.5 * (stiffness + stiffness.swapaxes(1, 2))
+    hill = np.full(len(known), np.nan)
+    hill[known] = np.linalg.eigvalsh(symmetric[known])[:, 0]
+    determinant = np.full(len(known), np.nan)
+    determinant[known] = np.linalg.det(stiffness[known])
     # the determinants of two legs are of two controlled problems
     control = [leg / leg[:1] for leg in np.split(rows[:, 26], np.cumsum(lengths)[:-1])]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -103,7 +110,7 @@ def _along(rows: np.ndarray, compliances: np.ndarray, rate: np.ndarray, lengths:
             "w2": w2 / rate**2,
             "w2_normalised": w2 / (np.linalg.norm(d_sigma, axis=1) * np.linalg.norm(d_eps, axis=1)),
             "tan_phi_p": rows[:, 27],
-            "hill": np.linalg.eigvalsh(0.5 * (stiffness + stiffness.swapaxes(1, 2)))[:, 0],
+            "hill": hill,
             "det_tangent": determinant / determinant[:1],
             "det_control": np.concatenate([np.empty(0), *control]),
         }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.checks import finite_array, positive_number, whole_number
+from rendulic.checks import finite_array, increasing_fractions, positive_number, whole_number
 from rendulic.curve import CurveRecorder
 from rendulic.dem.equilibrium import unbalanced_force
 from rendulic.dem.quasi_static import (
@@ -20,7 +20,7 @@ from rendulic.dem.quasi_static import (
 )
 from rendulic.dem.rest import bring_to_rest
 from rendulic.dem.servo import drive_for, hold
-from rendulic.errors import InvalidInput, one_of
+from rendulic.errors import one_of
 from rendulic.loading.paths import Path
 from rendulic.progress import Progress, silent
 
@@ -191,8 +191,7 @@ def probe(
     increment = finite_array("increment", increment, (3,))
     n_steps = whole_number("n_steps", n_steps, 1)
     positive_number("rate_cap", rate_cap, "1/s")
-    if not marks or marks[-1] != 1.0 or marks[0] <= 0.0 or list(marks) != sorted(set(marks)):
-        raise InvalidInput(f"marks must be increasing fractions of the increment that end with 1, got {marks!r}")
+    marks = increasing_fractions("marks", marks)
     rate = increment / (n_steps * assembly.time_step)
     strained = kind == "strain"
     drive = drive_for(assembly, hold(kind), (None,) * 3, rate if strained else np.zeros(3), rate_cap)

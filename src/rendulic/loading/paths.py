@@ -35,9 +35,9 @@ class Until:
     eta : float, optional
         Stress ratio q/p, reached from the side on which the path starts.
     peak : bool
-        Stop once q has fallen by `peak_drop` of its largest value.
+        Stop once q has fallen back by `peak_drop` of its largest change along this path.
     peak_drop : float
-        Fraction of q.
+        Fraction of that change.
     """
 
     strain: float = 0.3

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rendulic.checks import positive_number
+from rendulic.errors import InvalidInput
 from rendulic.loading.directions import Directions, axisymmetric, rendulic
 from rendulic.probing.probe import probe
 from rendulic.progress import Progress, silent
@@ -18,8 +19,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Cone", "instability_cone"]
 
+FINEST = 1e-9  # degrees to which an edge can be bracketed
+WIDEST = 60.0  # degrees between the directions that are probed first
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Cone:
     """Sectors of the Rendulic plane in which the second-order work is negative.
 
@@ -89,19 +93,31 @@ def instability_cone(
     Returns
     -------
     Cone
+
+    Raises
+    ------
+    InvalidInput
+        If the directions leave a gap of more than 60 degrees.
     """
     import xarray as xr
 
-    tolerance = positive_number("tolerance of a cone's edges", tolerance, "degrees")
+    tolerance = max(positive_number("tolerance of a cone's edges", tolerance, "degrees"), FINEST)
     norm = positive_number("norm", norm)
+    around = axisymmetric(np.unique(np.array((directions or rendulic()).alpha) % 360.0))
+    gaps = (np.roll(around.alpha, -1) - np.array(around.alpha)) % 360.0
+    if len(around) < 2 or gaps.max() > WIDEST:
+        raise InvalidInput(
+            f"the directions of a cone must go all around, at most {WIDEST:g} degrees apart; the widest gap is "
+            f"{gaps.max() if len(around) > 1 else 360:g} degrees: nothing is known of what lies in it"
+        )
     probed = probe(
-        specimen, directions or rendulic(), norm, n_steps, kind=kind, workers=workers, progress=progress
+        specimen, around, norm, n_steps, kind=kind, workers=workers, progress=progress
     )  # fmt: skip
     while True:
         probed = probed.sortby("alpha")
         alpha = probed.alpha.values
         negative = probed.w2_normalised.values < 0.0
-        gaps = (np.roll(alpha, -1) - alpha) % 360.0 if len(alpha) > 1 else np.array([360.0])
+        gaps = (np.roll(alpha, -1) - alpha) % 360.0
         edges = np.flatnonzero(negative != np.roll(negative, -1))
         wide = edges[gaps[edges] > tolerance]
         if not len(wide):

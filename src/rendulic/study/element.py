@@ -15,6 +15,7 @@ from pydantic import Field, field_validator, model_validator
 
 from rendulic import figures
 from rendulic.chang_hicher import ChangHicher, MaterialPoint, Parameters, material
+from rendulic.chang_hicher.parameters import check_denominator
 from rendulic.errors import InvalidInput
 from rendulic.io.tables import write_csv, write_dataset
 from rendulic.loading import paths
@@ -130,6 +131,11 @@ class ElementStudy(Section):
             values = dict(table)
             return {**material(str(values.pop("preset"))), **values}
         return table
+
+    @model_validator(mode="after")
+    def _planes_do_not_snap(self) -> ElementStudy:
+        check_denominator(self.material, self.model.formulation, self.material.tan_phi_mu)
+        return self
 
     @field_validator("test")
     @classmethod

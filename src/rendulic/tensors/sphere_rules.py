@@ -9,7 +9,7 @@ import numpy as np
 from rendulic.checks import finite_array, whole_number
 from rendulic.errors import InvalidInput
 
-__all__ = ["SphereRule", "bazant_oh_37", "lebedev"]
+__all__ = ["LEBEDEV_DEGREES", "SphereRule", "bazant_oh_37", "lebedev"]
 
 # Bazant and Oh (1986), 2 x 37 points: a point of each orbit of the cube's symmetries, its weight, its size
 BAZANT_OH = (
@@ -21,7 +21,10 @@ BAZANT_OH = (
 )
 
 
-@dataclass(frozen=True)
+LEBEDEV_DEGREES = (3, 5, 7, 9, 11, 15, 17, 19, 21, 23, 29, 31, *range(35, 132, 6))
+
+
+@dataclass(frozen=True, eq=False)
 class SphereRule:
     """Directions and weights that average even functions over the sphere.
 
@@ -52,7 +55,10 @@ class SphereRule:
         if len(normals) == 0 or np.abs(lengths - 1.0).max() > 1e-6:
             raise InvalidInput("the normals of a sphere rule must be unit vectors")
         if (weights <= 0.0).any() or abs(weights.sum() - 1.0) > 1e-6:
-            raise InvalidInput(f"the weights of a sphere rule must be positive and of sum 1, got {weights.sum()!r}")
+            raise InvalidInput(
+                "the weights of a sphere rule must be positive and of sum 1, got "
+                f"{weights.min():.3g} to {weights.max():.3g} of sum {weights.sum():.12g}"
+            )
         object.__setattr__(self, "normals", normals / lengths[:, None])
         object.__setattr__(self, "weights", weights / weights.sum())
 
@@ -94,7 +100,7 @@ def bazant_oh_37() -> SphereRule:
 
 
 def lebedev(degree: int) -> SphereRule:
-    """The Lebedev rule of a degree: 3, 5, 7, ... 31, 35, 41, ... 131 (SciPy).
+    """The Lebedev rule of a degree (SciPy): those of `LEBEDEV_DEGREES`, all of positive weights.
 
     V. I. Lebedev and D. N. Laikov, Doklady Mathematics 59 (1999) 477-481.
 
@@ -106,12 +112,12 @@ def lebedev(degree: int) -> SphereRule:
     from scipy.integrate import lebedev_rule
 
     degree = whole_number("degree of a Lebedev rule", degree, 3)
-    try:
-        points, weights = lebedev_rule(degree)
-    except NotImplementedError:
+    if degree not in LEBEDEV_DEGREES:
         raise InvalidInput(
-            f"there is no Lebedev rule of degree {degree}: there are 3, 5, 7, ... 31, then 35, 41, ... 131"
-        ) from None
+            f"there is no Lebedev rule of degree {degree} with positive weights: "
+            f"there are {', '.join(map(str, LEBEDEV_DEGREES))}"
+        )
+    points, weights = lebedev_rule(degree)
     upper = np.array([_is_upper(point) for point in points.T])
     return SphereRule(f"Lebedev {degree}", points.T[upper], weights[upper] / weights[upper].sum(), degree)
 

@@ -19,7 +19,21 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 SIGMA, TAU, MODULUS, X, HARDENING, SLOPE, BETA, SOFTENING, MULTIPLIER, W2, EXCESS, KAPPA, W2_NORMALISED = range(13)
 N_COLUMNS = 13
 # entries of `Work.scalar`
-STIFFNESS, TAN_PEAK, BY_PRESSURE, BY_VOID_RATIO, DENSITY, VOID_RATIO, DETERMINANT, MEASURE = range(8)
+STIFFNESS, TAN_PEAK, BY_PRESSURE, BY_VOID_RATIO, DENSITY, VOID_RATIO, DETERMINANT = range(7)
+# what ends a path: stress ratio and the side from which it is reached (0: none), drop of q (0: none), q at the start,
+# largest change of q so far, bound on strain (0: none), axis it is of (-1: any), strain at the start, least plane stress
+UNTIL_ETA, ETA_SIDE, DROP, Q_START, LARGEST_CHANGE, REACH, REACH_AXIS, EPS_START, FLOOR, N_UNTIL = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    10,
+    11,
+)
 # formulations, in the order of `plane_law.FORMULATIONS`
 PRINTED, EQ32, CONSISTENT = range(3)
 
@@ -74,7 +88,7 @@ class Work(NamedTuple):
     local_rate: np.ndarray  # (n, 4) of normal strain and of shear strain
     compliance: np.ndarray  # (6, 6)
     matrix: np.ndarray  # (6, 6)
-    scalar: np.ndarray  # (8,)
+    scalar: np.ndarray  # (7,)
     gather: np.ndarray  # (2, 6)
     shear_mandel: np.ndarray  # (n, 6)
 
@@ -102,7 +116,7 @@ def work_for(n_planes: int) -> Work:
     """Empty room for this many planes."""
     return Work(
         np.zeros((n_planes, N_COLUMNS)), np.zeros((n_planes, 3)), np.zeros((n_planes, 3)), np.zeros((n_planes, 4)),
-        np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(8), np.zeros((2, 6)), np.zeros((n_planes, 6)),
+        np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(7), np.zeros((2, 6)), np.zeros((n_planes, 6)),
     )  # fmt: skip
 
 

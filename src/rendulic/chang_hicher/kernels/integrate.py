@@ -16,13 +16,22 @@ import numpy as np
 from rendulic.chang_hicher.kernels.arrays import (
     CONSISTENT,
     DETERMINANT,
+    DROP,
+    EPS_START,
+    ETA_SIDE,
     EXCESS,
+    FLOOR,
     KAPPA,
+    LARGEST_CHANGE,
     MODULUS,
     MULTIPLIER,
+    Q_START,
+    REACH,
+    REACH_AXIS,
     SIGMA,
     TAN_PEAK,
     TAU,
+    UNTIL_ETA,
     VOID_RATIO,
     W2,
     W2_NORMALISED,
@@ -35,19 +44,23 @@ from rendulic.chang_hicher.kernels.rates import VALID, rates, settle, sliding
 __all__ = ["ENDS", "EVENTS", "LIMIT_SHARE", "PLANE_COLUMNS", "RECORD_COLUMNS", "follow"]
 
 # why following stopped
-FULL, TARGET, ETA, PEAK, UNCONTROLLED, LIMIT, TENSION, STUCK, AMBIGUOUS = range(9)
+FULL, TARGET, ETA, PEAK, UNCONTROLLED, LIMIT, TENSION, STUCK, AMBIGUOUS, STRAIN, NO_VOIDS = range(11)
 ENDS = ("full", "target", "eta", "peak", "loss of controllability", "plastic limit", "no stress left",
-        "no step small enough", "no consistent loading of the planes")  # fmt: skip
+        "too many steps", "no consistent loading of the planes", "strain", "no voids left")  # fmt: skip
 # what happened on the way: of the assembly, then of planes
 W2_LOST, W2_REGAINED, Q_PEAK, PLANE_W2_LOST, PLANE_W2_REGAINED, PLANE_LIMIT, PLANE_UNLOADS, PLANE_RELOADS = range(8)
 EVENTS = ("w2_lost", "w2_regained", "q_peak", "plane_w2_lost", "plane_w2_regained", "plane_limit",
           "plane_unloads", "plane_reloads")  # fmt: skip
 
-OF_SLACK, OF_END = -1.0, -2.0  # what a root is sought of, if not of a monitor; a float: one compilation for all
+# what a root is sought of: a monitor by its index, the end, or OF_SLACK - item; floats: one compilation for all
+OF_END, OF_SLACK = -1.0, -2.0
+N_ITEMS = 5  # that can shorten a step, before those of the planes
 
 LIMIT_SHARE = 0.99  # of tan(phi_p): the hyperbola of Eq. 31 reaches 1 only after infinite sliding
 TOLERATED = 1e-9  # excess over the surface, and loading measure, at which a plane changes sides
-EMPTY = 1e-3  # of the path's stress scale: a plane with less normal stress carries nothing
+MOST_STEPS = 50_000  # of a path, also those that were rejected
+MOST_STALLS = 20  # times that a step may end where it began
+LEAST_VOID_RATIO = 0.02  # below, the grains would be one
 
 RECORD_COLUMNS = 29  # state (13), rates (13), determinant, tan(phi_p), void ratio
 PLANE_COLUMNS = 10  # sigma, tau, x, W2, normal strain, shear strain (3), loading, normalised W2
@@ -105,34 +118,75 @@ def step(material, planes, control, y, h, memory, active, work, to):
 
 
 @jit
-def slack(until, y, k_end, active, work, control, formulation):
-    """How far, as a number without dimension, the end of a step is from what must shorten it; and from what.
+def mean(y):
+    """p of a state."""
+    return (y[0] + y[1] + y[2]) / 3.0
 
-    Negative beyond. The kinds are: a plane changes sides (FULL), ETA, PEAK, UNCONTROLLED, LIMIT, TENSION.
+
+@jit
+def deviator(y):
+    """q of a state."""
+    return y[0] - 0.5 * (y[1] + y[2])
+
+
+@jit
+def slack_of(item, until, y, k_end, active, work, control):
+    """How far, as a number without dimension, a state is from one of the things that shorten a step; negative beyond.
+
+    Items are loss of control, stress ratio, peak, strain and voids, then three of every plane: it changes sides,
+    reaches its limit, or has no stress left.
     """
-    least, kind = 1e300, FULL
-    for a in range(active.shape[0]):
-        row = work.plane[a]
-        value = (row[MULTIPLIER] if active[a] else -row[EXCESS]) + TOLERATED
-        if value < least:
-            least, kind = value, FULL
-        if active[a] and formulation != CONSISTENT and 1.0 - 1e-6 - row[X] < least:
-            least, kind = 1.0 - 1e-6 - row[X], LIMIT
-        if row[SIGMA] / control.stress_scale - EMPTY < least:
-            least, kind = row[SIGMA] / control.stress_scale - EMPTY, TENSION
-    if k_end[12] < least:
-        least, kind = k_end[12], UNCONTROLLED
-    p, q = (y[0] + y[1] + y[2]) / 3.0, y[0] - 0.5 * (y[1] + y[2])
-    if until[1] != 0.0:
-        value = until[1] * (until[0] - q / p)
-        if value < least:
-            least, kind = value, ETA
-    if until[2] > 0.0:
+    if item == 0:
+        return k_end[12]
+    if item == 1:
+        return until[ETA_SIDE] * (until[UNTIL_ETA] - deviator(y) / mean(y)) if until[ETA_SIDE] != 0.0 else 1.0
+    if item == 2:
         # q has fallen by a share of its largest change
-        value = (abs(q - until[3]) - (1.0 - until[2]) * until[4]) / control.stress_scale
-        if until[4] > 0.05 * p and value < least:
-            least, kind = value, PEAK
-    return least, kind
+        if until[DROP] > 0.0 and until[LARGEST_CHANGE] > 0.05 * mean(y):
+            left = abs(deviator(y) - until[Q_START]) - (1.0 - until[DROP]) * until[LARGEST_CHANGE]
+            return left / control.stress_scale
+        return 1.0
+    if item == 3:
+        if until[REACH] == 0.0:
+            return 1.0
+        travelled = 0.0
+        for axis in range(3):
+            if until[REACH_AXIS] < 0.0 or until[REACH_AXIS] == axis:
+                travelled = max(travelled, abs(y[6 + axis] - until[EPS_START + axis]))
+        return until[REACH] - travelled
+    if item == 4:
+        return work.scalar[VOID_RATIO] - LEAST_VOID_RATIO
+    a, which = (item - N_ITEMS) // 3, (item - N_ITEMS) % 3
+    row = work.plane[a]
+    if which == 0:
+        return (row[MULTIPLIER] if active[a] else -row[EXCESS]) + TOLERATED
+    if which == 1:
+        return 1.0 - 1e-6 - row[X] if active[a] else 1.0
+    return (row[SIGMA] - until[FLOOR]) / control.stress_scale
+
+
+@jit
+def end_of(item):
+    """Why a path stops at an item; FULL if it does not."""
+    if item == 0:
+        return UNCONTROLLED
+    if item < N_ITEMS:
+        return (ETA, PEAK, STRAIN, NO_VOIDS)[item - 1]
+    which = (item - N_ITEMS) % 3
+    return FULL if which == 0 else (LIMIT if which == 1 else TENSION)
+
+
+@jit
+def tightest(until, y, k_end, active, work, control, formulation):
+    """The least slack and its item. The limit of Eq. 31 is out of reach of the consistent formulation."""
+    least, tight = 1e300, 0
+    for item in range(N_ITEMS + 3 * active.shape[0]):
+        if item >= N_ITEMS and (item - N_ITEMS) % 3 == 1 and formulation == CONSISTENT:
+            continue
+        value = slack_of(item, until, y, k_end, active, work, control)
+        if value < least:
+            least, tight = value, item
+    return least, tight
 
 
 @jit
@@ -145,11 +199,11 @@ def monitors(y, k_end, work, out):
     w2 = 0.0
     for i in range(6):
         w2 += k_end[i] * k_end[6 + i]
-    q, d_q = y[0] - 0.5 * (y[1] + y[2]), k_end[0] - 0.5 * (k_end[1] + k_end[2])
+    q, d_q = deviator(y), deviator(k_end)
     out[0], out[1] = w2, (d_q if abs(q) < 1e-9 * abs(y[0]) or q > 0.0 else -d_q)
     for a in range(n if out.shape[0] > 2 else 0):
         out[2 + a] = work.plane[a, W2]
-        out[2 + n + a] = LIMIT_SHARE - work.plane[a, X]
+        out[2 + n + a] = LIMIT_SHARE - work.plane[a, TAU] / work.plane[a, SIGMA] / work.scalar[TAN_PEAK]
 
 
 @jit
@@ -186,12 +240,12 @@ def note_changes(log, before, after, y, n):
 
 
 @jit
-def value_of(which, until, control, active, work, trial, formulation):
-    """What a root is sought of at the end of a trial step: the slack, what is left of the path, or a monitor."""
-    if which == OF_SLACK:
-        return slack(until, trial.y, trial.k[6], active, work, control, formulation)[0]
+def value_of(which, until, control, active, work, trial):
+    """What a root is sought of at the end of a trial step: a monitor, what is left of the path, or a slack."""
     if which == OF_END:
         return 1.0 - trial.y[12]
+    if which < OF_END:
+        return slack_of(int(OF_SLACK - which), until, trial.y, trial.k[6], active, work, control)
     monitors(trial.y, trial.k[6], work, trial.values)
     return trial.values[int(which)]
 
@@ -210,8 +264,10 @@ def root(which, material, planes, control, until, y, h, memory, active, work, tr
         if step(material, planes, control, y, length, memory, active, work, trial) < 0.0:
             f = -abs(f_low) if f_low > 0.0 else abs(f_low)
         else:
-            f = value_of(which, until, control, active, work, trial, material.formulation)
-        if abs(f) <= tolerance or high - low < 1e-15 * h:
+            f = value_of(which, until, control, active, work, trial)
+        if abs(f) <= tolerance:
+            return length
+        if high - low < 1e-15 * h:
             break
         if (f > 0.0) == (f_low > 0.0):
             low, f_low = length, f
@@ -223,7 +279,9 @@ def root(which, material, planes, control, until, y, h, memory, active, work, tr
             if side > 0.0:
                 f_low *= 0.5
             side = 1.0
-    return length
+    # a jump, not a root: stay before it
+    step(material, planes, control, y, low, memory, active, work, trial)
+    return low
 
 
 @jit
@@ -274,7 +332,8 @@ def record(y, rate, strains, active, work, log):
     row[28] = work.scalar[VOID_RATIO]
     for a in range(active.shape[0]):
         plane, to = work.plane[a], log.plane_rows[count, a]
-        to[0], to[1], to[2], to[3] = plane[SIGMA], plane[TAU], plane[X], plane[W2]
+        to[0], to[1], to[3] = plane[SIGMA], plane[TAU], plane[W2]
+        to[2] = plane[TAU] / plane[SIGMA] / work.scalar[TAN_PEAK]
         for i in range(4):
             to[4 + i] = strains[a, i]
         to[8], to[9] = (1.0 if active[a] else 0.0), plane[W2_NORMALISED]
@@ -298,7 +357,7 @@ def start(material, planes, control, y, memory, active, at_yield, work, rate):
         active[a] = False
     status = rates(material, planes, control, y[:6], y[6:12], memory, active, work, rate)
     if status != VALID:
-        return TENSION
+        return AMBIGUOUS
     find_at_yield(work, active, at_yield)
     if settle(material, planes, control, y[:6], y[6:12], memory, at_yield, active, work, rate) != VALID:
         return AMBIGUOUS
@@ -311,9 +370,8 @@ def follow(material, planes, control, until, settings, y, strains, memory, activ
 
     Parameters
     ----------
-    until : (5,) array
-        Stress ratio, side from which it is reached (0: none), drop of q that ends the path (0: none), q at
-        the start, largest change of q so far.
+    until : (N_UNTIL,) array
+        What ends the path, see `arrays`.
     settings : (4,) array
         Error tolerated per step, largest step of the parameter, first step, whether to watch the planes.
     y : (13,) array
@@ -324,8 +382,8 @@ def follow(material, planes, control, until, settings, y, strains, memory, activ
         Hardening of the planes.
     active : (n,) bool array
         Planes that load.
-    cursor : (1,) array
-        Step to go on with; 0 at the start of a path.
+    cursor : (2,) array
+        Step to go on with, 0 at the start of a path; steps tried so far.
     log : Log
         Room for records and events; when it is full, so is what is returned, and a second call goes on.
     """
@@ -348,12 +406,16 @@ def follow(material, planes, control, until, settings, y, strains, memory, activ
         return UNCONTROLLED
     monitors(y, k[0], work, before)
     h = cursor[0]
+    stalls = 0
     first_local = np.zeros((n, 4))
     copy_rows(first_local, work.local_rate)
     while True:
         if log.counts[0] >= log.rows.shape[0] - 1 or log.counts[1] > log.events.shape[0] - 6 * n - 6:
             cursor[0] = h
             return FULL
+        cursor[1] += 1.0
+        if cursor[1] > MOST_STEPS:
+            return STUCK
         length = min(h, largest / k[0, 12])
         error = step(material, planes, control, y, length, memory, active, work, main)
         if error < 0.0 or error > tolerance:
@@ -366,15 +428,20 @@ def follow(material, planes, control, until, settings, y, strains, memory, activ
         if lands:
             length = root(OF_END, material, planes, control, until, y, length, memory, active, work, main,
                           1.0 - y[12], 1.0 - main.y[12], 3e-16)  # fmt: skip
-        left, kind = slack(until, main.y, k[6], active, work, control, material.formulation)
-        shortened = left < 0.0
+        left, item = tightest(until, main.y, k[6], active, work, control, material.formulation)
+        shortened, end = left < 0.0, FULL
         if shortened:
             lands = False
-            rates(material, planes, control, y[:6], y[6:12], memory, active, work, k[0])
-            room = max(slack(until, y, k[0], active, work, control, material.formulation)[0], 0.1 * TOLERATED)
-            length = root(OF_SLACK, material, planes, control, until, y, length, memory, active, work, main, room, left,
-                          0.01 * TOLERATED)  # fmt: skip
-            kind = slack(until, main.y, k[6], active, work, control, material.formulation)[1]
+            # to the root of the tightest item's own slack; then another one may be the tightest
+            for _ in range(MOST_STALLS):
+                if left >= -0.01 * TOLERATED:
+                    break
+                rates(material, planes, control, y[:6], y[6:12], memory, active, work, k[0])
+                room = max(slack_of(item, until, y, k[0], active, work, control), 0.1 * TOLERATED)
+                length = root(OF_SLACK - item, material, planes, control, until, y, length, memory, active, work, main,
+                              room, left, 0.01 * TOLERATED)  # fmt: skip
+                end = end_of(item)
+                left, item = tightest(until, main.y, k[6], active, work, control, material.formulation)
         monitors(main.y, k[6], work, after)
         if have_changed(before, after):
             copy(trial.k[0], k[0])
@@ -389,10 +456,10 @@ def follow(material, planes, control, until, settings, y, strains, memory, activ
         if lands:
             y[12] = 1.0
         remember(material, active, work, memory)
-        until[4] = max(until[4], abs(y[0] - 0.5 * (y[1] + y[2]) - until[3]))
+        until[LARGEST_CHANGE] = max(until[LARGEST_CHANGE], abs(deviator(y) - until[Q_START]))
         h = grown
         status = VALID
-        if shortened and kind == FULL:
+        if shortened and end == FULL:
             # on record twice: with the rates before, and those after
             record(y, k[0], strains, active, work, log)
             copy(was_active, active)
@@ -411,8 +478,11 @@ def follow(material, planes, control, until, settings, y, strains, memory, activ
         record(y, k[0], strains, active, work, log)
         if lands:
             return TARGET
-        if shortened and kind != FULL:
-            return kind
+        if shortened and end != FULL:
+            return end
+        stalls = stalls + 1 if shortened and length < 1e-14 else 0
+        if stalls > MOST_STALLS:
+            return AMBIGUOUS
         if status != VALID:
             return AMBIGUOUS
         if k[0, 12] <= 0.0:

@@ -45,6 +45,7 @@ VALID, INVALID, UNDECIDED = 0, 1, 2
 UNSHEARED = 1e-10  # obliquity below which a plane has no shear direction yet
 UNSHEARING = 1e-7  # share of the stress rate below which the shear rate of such a plane is rounding
 NEUTRAL = 1e-10  # loading measure below which a plane neither loads nor unloads
+ROUNDING = 1e-6  # of hardening over stiffness: below, multipliers are told from rounding less and less
 
 hardening_modulus = jit(plane_law.hardening_modulus)
 mobilised_friction = jit(plane_law.mobilised_friction)
@@ -106,7 +107,8 @@ def look(material, planes, sigma, eps, memory, active, work):
         elif consistent:
             kappa = mobilised_friction(memory[a], normal, k_p, tan_peak)
         else:
-            kappa = memory[a]
+            # memory from before the peak friction fell: no plane carries more than that
+            kappa = min(memory[a], (1.0 - 2e-6) * tan_peak)
         x = kappa / tan_peak
         if active[a] and not x < 1.0:
             return False
@@ -222,7 +224,7 @@ def rates(material, planes, control, sigma, eps, memory, active, work, out):
     if not look(material, planes, sigma, eps, memory, active, work):
         return INVALID
     status = UNDECIDED
-    for _ in range(50):
+    for trial in range(50):
         coupling = homogenise(material, planes, active, work)
         control_matrix(control, work)
         for i in range(6):
@@ -232,7 +234,7 @@ def rates(material, planes, control, sigma, eps, memory, active, work, out):
         orient(control, work, out, determinant)
         if not isfinite(out[12]):
             return INVALID
-        if local_rates(material, planes, active, work, out):
+        if local_rates(material, planes, active, work, out, trial // 10):
             status = VALID
             break
     return status
@@ -268,11 +270,12 @@ def orient(control, work, out, determinant):
 
 
 @jit
-def local_rates(material, planes, active, work, out):
+def local_rates(material, planes, active, work, out, patience):
     """Loading measure, plastic multiplier, strain rates and W2 of every plane.
 
     Planes without shear flow along their shear rate, which is known only now: returns False if
-    one of these directions has changed.
+    one of these directions has changed. After ten trials those that do not
+    flow are left at that (`patience` 1), after twenty all are (next to isotropic strain no choice may be consistent).
     """
     r11, r22, r33 = out[0], out[1], out[2]
     r23, r13, r12 = out[3] / ROOT2, out[4] / ROOT2, out[5] / ROOT2
@@ -297,20 +300,25 @@ def local_rates(material, planes, active, work, out):
         flow = work.flow[a]
         if row[TAU] <= UNSHEARED * row[SIGMA]:
             d_tau = sqrt(t1 * t1 + t2 * t2 + t3 * t3)
-            if d_tau > UNSHEARING * size:
-                if abs(flow[0] - t1 / d_tau) + abs(flow[1] - t2 / d_tau) + abs(flow[2] - t3 / d_tau) > 1e-12:
+            flows = abs(flow[0]) + abs(flow[1]) + abs(flow[2]) > 0.0
+            enough = d_tau > UNSHEARING * size if patience == 0 else flows and d_tau > 0.0 and patience == 1
+            if enough:
+                change = abs(flow[0] - t1 / d_tau) + abs(flow[1] - t2 / d_tau) + abs(flow[2] - t3 / d_tau)
+                if change * d_tau > 1e-13 * size and change > 1e-12:
                     settled = False
                 flow[0], flow[1], flow[2] = t1 / d_tau, t2 / d_tau, t3 / d_tau
             else:
-                if abs(flow[0]) + abs(flow[1]) + abs(flow[2]) > 0.0:
+                if flows:
                     settled = False
                 flow[0], flow[1], flow[2] = 0.0, 0.0, 0.0
         along = flow[0] * t1 + flow[1] * t2 + flow[2] * t3
         measure = along - row[SLOPE] * d_normal
         measure -= row[SOFTENING] * by_p * d_p + void_ratio_effect(row, by_e, density, material) * d_void
         elastic_shear = material.k_rR * row[MODULUS]
-        # relative to the rates at hand, so that rounding is told from loading
+        # relative to the rates at hand, so that rounding is told from loading; the multiplier of loading planes
         row[MULTIPLIER] = measure / (size + elastic_shear * stretch)
+        if active[a]:
+            row[MULTIPLIER] /= row[HARDENING] / elastic_shear + ROUNDING
         local = work.local_rate[a]
         local[0], local[1] = d_normal / row[MODULUS], t1 / elastic_shear
         local[2], local[3] = t2 / elastic_shear, t3 / elastic_shear
