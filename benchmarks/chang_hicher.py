@@ -59,8 +59,9 @@ from stepping import heading, processor, table  # beside this file
 import rendulic as rd
 from rendulic.chang_hicher.following import TOLERANCE, Run, control_for, follow_path
 from rendulic.chang_hicher.kernels.arrays import REACH, work_for
-from rendulic.chang_hicher.kernels.integrate import EVENTS, find_at_yield, remember, tightest
+from rendulic.chang_hicher.kernels.integrate import find_at_yield, remember
 from rendulic.chang_hicher.kernels.rates import VALID, rates, settle
+from rendulic.chang_hicher.kernels.watch import EVENTS, tightest
 from rendulic.chang_hicher.point_curve import point_curve
 from rendulic.tensors.sphere_rules import lebedev
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from rendulic.chang_hicher.following import TOLERANCE, follow_path
 from rendulic.chang_hicher.kernels.arrays import to_tensor
-from rendulic.chang_hicher.kernels.integrate import EVENTS, RECORD_COLUMNS
+from rendulic.chang_hicher.kernels.watch import EVENTS, RECORD_COLUMNS
 from rendulic.chang_hicher.model import ChangHicher
 from rendulic.chang_hicher.parameters import Parameters
 from rendulic.checks import finite_array, whole_number

@@ -33,6 +33,7 @@ from rendulic.chang_hicher.kernels.arrays import (
     work_for,
 )
 from rendulic.chang_hicher.kernels.rates import homogenise, look, sliding
+from rendulic.chang_hicher.kernels.watch import ENDS, PLANE_COLUMNS, RECORD_COLUMNS
 from rendulic.chang_hicher.point_curve import point_curve
 from rendulic.checks import increasing_fractions, positive_number, whole_number
 from rendulic.errors import InvalidInput
@@ -128,10 +129,10 @@ class Run:
         n, size = len(self.active), ROWS_AT_A_TIME
         while True:
             log = Log(
-                np.empty((size, integrate.RECORD_COLUMNS)), np.empty((size, n, integrate.PLANE_COLUMNS)),
+                np.empty((size, RECORD_COLUMNS)), np.empty((size, n, PLANE_COLUMNS)),
                 np.empty((size, 6, 6)), np.empty((20 * n + 50, 15)), np.zeros(2, dtype=np.int64),
             )  # fmt: skip
-            end = integrate.ENDS[
+            end = ENDS[
                 integrate.follow(
                     self.point.material, self.point.model.planes, self.control, self.until, self.settings, self.y,
                     self.point.plane_strain, self.point.memory, self.active, self.cursor, self.work, log,
@@ -149,10 +150,10 @@ class Run:
 def standing(point: MaterialPoint) -> Log:
     """A record of a state that goes nowhere: its rates are not known."""
     work, n = look_at(point), len(point.memory)
-    row = np.full((1, integrate.RECORD_COLUMNS), np.nan)
+    row = np.full((1, RECORD_COLUMNS), np.nan)
     row[0, :13] = *point.sigma, *point.eps, 0.0
     row[0, 27], row[0, 28] = work.scalar[TAN_PEAK], work.scalar[VOID_RATIO]
-    planes = np.full((1, n, integrate.PLANE_COLUMNS), np.nan)
+    planes = np.full((1, n, PLANE_COLUMNS), np.nan)
     planes[0, :, 0], planes[0, :, 1] = work.plane[:, SIGMA], work.plane[:, TAU]
     planes[0, :, 2] = work.plane[:, TAU] / work.plane[:, SIGMA] / work.scalar[TAN_PEAK]
     planes[0, :, 4:8], planes[0, :, 8] = point.plane_strain, 0.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rendulic.chang_hicher.kernels.arrays import Log, to_tensor
-from rendulic.chang_hicher.kernels.integrate import EVENTS, PLANE_COLUMNS, RECORD_COLUMNS
+from rendulic.chang_hicher.kernels.watch import EVENTS, PLANE_COLUMNS, RECORD_COLUMNS
 from rendulic.curve import labelled_curve, stress_columns
 
 if TYPE_CHECKING:
