@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 .PHONY: demo test test-fast test-lowest lint types lock clean
 
 demo: $(VENV)/installed
-	$(BIN)/rendulic reproduce fig1 fig2 fig3 fig4 --preset quick -o demo
+	$(BIN)/rendulic reproduce --preset quick -o demo
 
 test: $(VENV)/installed-dev
 	$(BIN)/python -m pytest

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -124,7 +125,7 @@ class Lanes:
     def assembly(self, lane: int) -> Assembly:
         """The specimen of a lane as it is now, independent and complete but for energies spent."""
         base = self.base
-        own = base.clone()
+        own = copy(base)
         rows = np.empty((len(base), COLUMNS))
         rows[:, RADIUS] = self.radius
         rows[:, self._columns] = self.state.reshape(len(base), ROWS, self.width)[:, :ORIGIN, lane]
@@ -136,6 +137,7 @@ class Lanes:
         own.walls = Walls(*(np.ascontiguousarray(column[:, lane]) for column in columns))
         own.list_origin = np.ascontiguousarray(self.state.reshape(len(base), ROWS, self.width)[:, ORIGIN:, lane])
         own.list_wall_origin = np.ascontiguousarray(self.wall_origin[:, lane])
+        own.spent, own.strain_origin, own._scratch = base.spent.copy(), base.strain_origin.copy(), np.zeros((6, 3))
         own.margin, own.growth_since_build = self.margin, 0.0
         own.steps_since_build = self._steps_since_build
         own.n_steps, own.time = base.n_steps + self.n_steps, base.time + self.n_steps * base.time_step
