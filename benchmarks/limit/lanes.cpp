@@ -6,13 +6,14 @@
 //
 // - the forces on a contact's first grain are summed in registers as long as the next contact has the same one,
 // - the second grains of later contacts are fetched ahead,
-// - the law, linear with Coulomb friction and the harmonic stiffness rule, is written out without branches,
+// - the law, linear with Coulomb friction and the harmonic stiffness rule, is written out, sliding on the side: few contacts slide,
 // - the walls' exponential is taken once per call: strain rates do not change.
 //
 // Sums are taken in another order than rendulic's, hence results differ by rounding.
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <immintrin.h>
 
 namespace {
@@ -40,14 +41,14 @@ namespace {
 
 template <int W> struct Vector;
 template <> struct Vector<4> {
-  typedef double D __attribute__((vector_size(32), aligned(8), may_alias));
+  typedef double D __attribute__((vector_size(32)));
   typedef int64_t I __attribute__((vector_size(32)));
   static D root(D x) { return (D)_mm256_sqrt_pd((__m256d)x); }
   static bool any(I x) { return !_mm256_testz_si256((__m256i)x, (__m256i)x); }
 };
 #ifdef __AVX512F__
 template <> struct Vector<8> {
-  typedef double D __attribute__((vector_size(64), aligned(8), may_alias));
+  typedef double D __attribute__((vector_size(64)));
   typedef int64_t I __attribute__((vector_size(64)));
   static D root(D x) { return (D)_mm512_sqrt_pd((__m512d)x); }
   static bool any(I x) { return _mm512_test_epi64_mask((__m512i)x, (__m512i)x) != 0; }
@@ -58,7 +59,20 @@ template <int W> struct Kernel {
   typedef typename Vector<W>::D D;
   typedef typename Vector<W>::I I;
 
-  static D &row(double *at, int k) { return *(D *)(at + k * W); }
+  // a row in memory: arrays need not be aligned to whole vectors
+  struct Row {
+    double *at;
+    D get() const {
+      D x;
+      std::memcpy(&x, at, sizeof x);
+      return x;
+    }
+    void operator=(D x) const { std::memcpy(at, &x, sizeof x); }
+    void operator+=(D x) const { *this = get() + x; }
+    void operator-=(D x) const { *this = get() - x; }
+  };
+  static Row row(double *at, int64_t k) { return {at + k * W}; }
+  static D get(double *at, int64_t k) { return row(at, k).get(); }
   static D all(double x) { return D{} + x; }
 
   // the sign bit of `of` on `size`
@@ -76,15 +90,15 @@ template <int W> struct Kernel {
       const double impulse = dt / a.mass[g], angular = dt / a.inertia[g];
       D moved2 = D{};
       for (int k = 0; k < 3; ++k) {
-        D old = row(own, VELOCITY + k), full = row(own, FORCE + k);
+        D old = get(own, VELOCITY + k), full = get(own, FORCE + k);
         const D v = old + impulse * (full * (1.0 - signed_as(damping, full * (old + 0.5 * impulse * full))));
-        const D x = row(own, POSITION + k) + dt * v;
-        const D away = x - row(own, ORIGIN + k);
+        const D x = get(own, POSITION + k) + dt * v;
+        const D away = x - get(own, ORIGIN + k);
         moved2 += away * away;
         row(own, VELOCITY + k) = v;
         row(own, POSITION + k) = x;
         row(own, FORCE + k) = D{};
-        old = row(own, SPIN + k), full = row(own, TORQUE + k);
+        old = get(own, SPIN + k), full = get(own, TORQUE + k);
         row(own, SPIN + k) =
             old + angular * (full * (1.0 - signed_as(damping, full * (old + 0.5 * angular * full))));
         row(own, TORQUE + k) = D{};
@@ -105,9 +119,9 @@ template <int W> struct Kernel {
       const int32_t i = a.first[c];
       double *one = a.state + int64_t(i) * ROWS * W;
       const double r1 = a.radius[i];
-      const D x1 = row(one, 0), y1 = row(one, 1), z1 = row(one, 2);
-      const D vx1 = row(one, 3), vy1 = row(one, 4), vz1 = row(one, 5);
-      const D sx = row(one, 6), sy = row(one, 7), sz = row(one, 8);
+      const D x1 = get(one, 0), y1 = get(one, 1), z1 = get(one, 2);
+      const D vx1 = get(one, 3), vy1 = get(one, 4), vz1 = get(one, 5);
+      const D sx = get(one, 6), sy = get(one, 7), sz = get(one, 8);
       D Fx = D{}, Fy = D{}, Fz = D{}, Mx = D{}, My = D{}, Mz = D{};
       for (; c < a.n_contacts && a.first[c] == i; ++c) {
         if (c + AHEAD < a.n_contacts) fetch(a.state + int64_t(a.second[c + AHEAD]) * ROWS * W);
@@ -115,21 +129,21 @@ template <int W> struct Kernel {
         double *two = a.state + int64_t(j) * ROWS * W;
         double *held = a.held + c * 4 * W;
         const double r2 = a.radius[j], reach = r1 + r2, reach2 = reach * reach;
-        D nx = row(two, 0) - x1, ny = row(two, 1) - y1, nz = row(two, 2) - z1;
+        D nx = get(two, 0) - x1, ny = get(two, 1) - y1, nz = get(two, 2) - z1;
         const D distance2 = nx * nx + ny * ny + nz * nz;
         const I closed = distance2 < reach2;
-        if (!Vector<W>::any(closed | (row(held, 0) != 0.0))) continue;
+        if (!Vector<W>::any(closed | (get(held, 0) != 0.0))) continue;
         const double k_n = 4.0 * a.modulus * r1 * r2 / reach, k_t = a.ratio * k_n;
         const D distance = Vector<W>::root(distance2), scale = 1.0 / distance, overlap = reach - distance;
         nx *= scale, ny *= scale, nz *= scale;
         const D a1 = r1 - 0.5 * overlap, a2 = r2 - 0.5 * overlap;
-        const D ux = row(two, 6), uy = row(two, 7), uz = row(two, 8);
+        const D ux = get(two, 6), uy = get(two, 7), uz = get(two, 8);
         const D wx = a1 * sx + a2 * ux, wy = a1 * sy + a2 * uy, wz = a1 * sz + a2 * uz;
-        const D vx = row(two, 3) - vx1 - (wy * nz - wz * ny);
-        const D vy = row(two, 4) - vy1 - (wz * nx - wx * nz);
-        const D vz = row(two, 5) - vz1 - (wx * ny - wy * nx);
+        const D vx = get(two, 3) - vx1 - (wy * nz - wz * ny);
+        const D vy = get(two, 4) - vy1 - (wz * nx - wx * nz);
+        const D vz = get(two, 5) - vz1 - (wx * ny - wy * nx);
         const D vn = vx * nx + vy * ny + vz * nz;
-        D fx = row(held, 1), fy = row(held, 2), fz = row(held, 3);
+        D fx = get(held, 1), fy = get(held, 2), fz = get(held, 3);
         const D along = fx * nx + fy * ny + fz * nz;
         fx -= along * nx, fy -= along * ny, fz -= along * nz;
         const D turn = 0.5 * dt * ((sx + ux) * nx + (sy + uy) * ny + (sz + uz) * nz);
@@ -160,12 +174,12 @@ template <int W> struct Kernel {
   }
 
   static void walls(const Arrays &a) {
-    for (int w = 0; w < 6; ++w) row(a.wall_force, w) = row(a.wall_stiffness, w) = D{};
+    for (int w = 0; w < 6; ++w) row(a.wall_force, w) = D{}, row(a.wall_stiffness, w) = D{};
     for (int64_t c = 0; c < a.n_wall_contacts; ++c) {
       const int32_t g = a.grain[c], w = a.wall[c];
       const double side = w % 2 == 0 ? 1.0 : -1.0, k_n = 2.0 * a.modulus * a.radius[g];
       double *own = a.state + int64_t(g) * ROWS * W;
-      const D overlap = a.radius[g] - side * (row(own, POSITION + w / 2) - row(a.wall_position, w));
+      const D overlap = a.radius[g] - side * (get(own, POSITION + w / 2) - get(a.wall_position, w));
       const I closed = overlap > 0.0;
       const D pressing = closed ? k_n * overlap : D{};
       row(a.wall_held, c) = pressing;
@@ -183,10 +197,12 @@ template <int W> struct Kernel {
     for (int64_t made = 0; made < n; ++made) {
       bool beyond = move(a);
       for (int axis = 0; axis < 3; ++axis) {
-        D &low = row(a.wall_position, 2 * axis), &high = row(a.wall_position, 2 * axis + 1);
+        D low = get(a.wall_position, 2 * axis), high = get(a.wall_position, 2 * axis + 1);
         const D by = (high - low) * inward[axis];
         low += by, high -= by;
-        const D l = low - row(a.wall_origin, 2 * axis), h = high - row(a.wall_origin, 2 * axis + 1);
+        row(a.wall_position, 2 * axis) = low;
+        row(a.wall_position, 2 * axis + 1) = high;
+        const D l = low - get(a.wall_origin, 2 * axis), h = high - get(a.wall_origin, 2 * axis + 1);
         beyond |= Vector<W>::any(~((l <= a.reach) & (l >= -a.reach) & (h <= a.reach) & (h >= -a.reach)));
       }
       if (beyond) return -1 - made;

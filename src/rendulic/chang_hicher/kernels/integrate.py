@@ -24,7 +24,7 @@ from rendulic.chang_hicher.kernels.arrays import (
     TAN_PEAK,
     Step,
 )
-from rendulic.chang_hicher.kernels.compiler import jit
+from rendulic.chang_hicher.kernels.compiler import jit, jit_into_caller
 from rendulic.chang_hicher.kernels.rates import VALID, rates, settle, sliding
 from rendulic.chang_hicher.kernels.watch import (
     AMBIGUOUS,
@@ -153,7 +153,7 @@ def root(which, material, planes, control, until, y, h, memory, active, work, tr
     return low
 
 
-@jit
+@jit_into_caller
 def locate_events(material, planes, control, until, y, h, memory, active, work, trial, before, after, log):
     """Note where in an accepted step the monitors that changed sign were zero, earliest first."""
     n, size = active.shape[0], before.shape[0]
@@ -196,7 +196,7 @@ def find_at_yield(work, active, at_yield):
         at_yield[a] = active[a] or work.plane[a, EXCESS] >= -TOLERATED
 
 
-@jit
+@jit_into_caller
 def start(material, planes, control, y, memory, active, at_yield, work, rate):
     """Loading planes and rates at the start of a path."""
     for a in range(active.shape[0]):
