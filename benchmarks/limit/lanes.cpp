@@ -1,12 +1,13 @@
 // The work of rendulic's lane kernels (src/rendulic/dem/kernels/lanes.py) written by hand: what one core of
 // this machine can do with the same arrays. Compiled and called by benchmarks/probing.py.
 //
-// Every number of a grain or contact is a vector of W doubles, one per lane, kept in registers: AVX-512 for
-// eight lanes where the processor has it, else pairs of AVX2 vectors. Beside that:
+// Every number of a grain or contact is a vector of W doubles, one per lane, kept in registers: four lanes in
+// AVX2, and eight in AVX-512 where the processor has it. Beside that:
 //
 // - the forces on a contact's first grain are summed in registers as long as the next contact has the same one,
 // - the second grains of later contacts are fetched ahead,
-// - the law, linear with Coulomb friction and the harmonic stiffness rule, is written out, sliding on the side: few contacts slide,
+// - the law, linear with Coulomb friction and the harmonic stiffness rule, is written out; the root and division
+//   of sliding are left out where no lane slides,
 // - the walls' exponential is taken once per call: strain rates do not change.
 //
 // Sums are taken in another order than rendulic's, hence results differ by rounding.

@@ -77,6 +77,16 @@ def test_a_lane_does_not_see_its_neighbours(sheared_state):
     assert_array_equal(a.walls.force, b.walls.force)
 
 
+def test_the_width_changes_nothing(sheared_state):
+    """Four lanes to a row or eight: the same to the bit, as no sum runs over lanes and nothing is contracted."""
+    base = rd.dem.Assembly.from_state(sheared_state)
+    narrow, wide = Lanes(base, RATES[:4], 4), Lanes(base, RATES, 8)
+    for lanes in (narrow, wide):
+        lanes.advance(300)
+    for lane in range(4):
+        assert_array_equal(narrow.assembly(lane).grains.row, wide.assembly(lane).grains.row)
+
+
 def test_lanes_find_new_pairs_when_they_have_to(sheared_state):
     """With a margin that is soon used up, pairs are found anew, and the answer is the scalar stepper's."""
     base = rd.dem.Assembly.from_state(sheared_state)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Lanes", "batches", "probe_in_lanes"]
 
-WIDTH = 4  # eight lanes, a whole vector of 512 bits, are no faster: twice the state leaves the caches
+WIDTH = 4  # eight, a whole vector of 512 bits, are as fast and need twice the memory
 Reading = TypeVar("Reading")
 
 

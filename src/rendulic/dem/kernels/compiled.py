@@ -19,6 +19,8 @@ __all__ = ["jit", "kernels_for", "lane_kernels_for"]
 
 # contraction to fused multiply-add is the only liberty taken: NaN is kept, and a machine repeats itself
 OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
+# lanes take none: where the compiler contracts in one lane and not in the next, their results would differ
+LANE_OPTIONS = OPTIONS | {"fastmath": False}
 jit = numba.njit(cache=True, **OPTIONS)
 
 LAW_NAMES = ("law_stiffness", "law_wall_stiffness", "law_contact_force", "law_elastic_energy")
@@ -59,7 +61,7 @@ def _kernels(source: ModuleType, kernels: tuple[str, ...], *law_functions: Calla
     # a user's function may use numbers from around it, which its source does not show: it is compiled
     # anew in each process. rendulic's own go to disk under a name that changes with any source.
     own = all(getattr(f, "__module__", "").startswith("rendulic.") for f in law_functions)
-    compiler = numba.njit(cache=own, **OPTIONS)
+    compiler = numba.njit(cache=own, **(LANE_OPTIONS if width else OPTIONS))
     digest = f"{_digest(law_functions)}_{width}" if own else "user"
     names = dict(vars(source))
     if width:
@@ -77,4 +79,4 @@ def _kernels(source: ModuleType, kernels: tuple[str, ...], *law_functions: Calla
 
 def _digest(law_functions: tuple[Callable, ...]) -> str:
     sources = [inspect.getsource(f) for f in (*law_functions, step, lanes, rows, arrays)]
-    return hashlib.sha256("".join([*sources, repr(OPTIONS), numba.__version__]).encode()).hexdigest()[:12]
+    return hashlib.sha256("".join([*sources, repr(OPTIONS), repr(LANE_OPTIONS), numba.__version__]).encode()).hexdigest()[:12]

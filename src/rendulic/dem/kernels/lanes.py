@@ -40,35 +40,30 @@ def move_lanes(state, mass, inertia, dt, damping, reach, scratch):
     for g in range(mass.shape[0]):
         impulse, angular_impulse = dt / mass[g], dt / inertia[g]
         own = g * ROWS * WIDTH
+        for k in range(ROWS):
+            copy_row(scratch, k * WIDTH, state, own + k * WIDTH)
+        # one loop over lanes with the axes inside: that the compiler makes vectors of
         for lane in range(WIDTH):
-            scratch[lane] = 0.0
-        for k in range(3):
-            at = own + k * WIDTH
-            copy_row(scratch, WIDTH, state, at + POSITION * WIDTH)
-            copy_row(scratch, 2 * WIDTH, state, at + VELOCITY * WIDTH)
-            copy_row(scratch, 3 * WIDTH, state, at + FORCE * WIDTH)
-            copy_row(scratch, 4 * WIDTH, state, at + SPIN * WIDTH)
-            copy_row(scratch, 5 * WIDTH, state, at + TORQUE * WIDTH)
-            copy_row(scratch, 6 * WIDTH, state, at + ORIGIN * WIDTH)
-            for lane in range(WIDTH):
-                old, full = scratch[2 * WIDTH + lane], scratch[3 * WIDTH + lane]
+            moved2 = 0.0
+            for k in range(3):
+                old, full = scratch[(VELOCITY + k) * WIDTH + lane], scratch[(FORCE + k) * WIDTH + lane]
                 kept = full * (1.0 - damping * copysign(1.0, full * (old + 0.5 * impulse * full)))
                 new = old + impulse * kept
-                x = scratch[WIDTH + lane] + dt * new
-                scratch[WIDTH + lane], scratch[2 * WIDTH + lane] = x, new
-                scratch[lane] += (x - scratch[6 * WIDTH + lane]) ** 2
-                old, full = scratch[4 * WIDTH + lane], scratch[5 * WIDTH + lane]
+                x = scratch[(POSITION + k) * WIDTH + lane] + dt * new
+                scratch[(POSITION + k) * WIDTH + lane] = x
+                scratch[(VELOCITY + k) * WIDTH + lane] = new
+                moved2 += (x - scratch[(ORIGIN + k) * WIDTH + lane]) ** 2
+                old, full = scratch[(SPIN + k) * WIDTH + lane], scratch[(TORQUE + k) * WIDTH + lane]
                 kept = full * (1.0 - damping * copysign(1.0, full * (old + 0.5 * angular_impulse * full)))
-                scratch[4 * WIDTH + lane] = old + angular_impulse * kept
-                scratch[3 * WIDTH + lane] = 0.0
-            copy_row(state, at + POSITION * WIDTH, scratch, WIDTH)
-            copy_row(state, at + VELOCITY * WIDTH, scratch, 2 * WIDTH)
-            copy_row(state, at + SPIN * WIDTH, scratch, 4 * WIDTH)
-            copy_row(state, at + FORCE * WIDTH, scratch, 3 * WIDTH)
-            copy_row(state, at + TORQUE * WIDTH, scratch, 3 * WIDTH)
+                scratch[(SPIN + k) * WIDTH + lane] = old + angular_impulse * kept
+                scratch[(FORCE + k) * WIDTH + lane] = 0.0
+                scratch[(TORQUE + k) * WIDTH + lane] = 0.0
+            scratch[ROWS * WIDTH + lane] = moved2
+        for k in range(ORIGIN):
+            copy_row(state, own + k * WIDTH, scratch, k * WIDTH)
         out = 0.0
         for lane in range(WIDTH):
-            out += 0.0 if scratch[lane] <= reach2 else 1.0  # also of what is not a number
+            out += 0.0 if scratch[ROWS * WIDTH + lane] <= reach2 else 1.0  # also of what is not a number
         if out > 0.0:
             beyond += 1
     return beyond
