@@ -44,6 +44,9 @@ INSIDE = 1e-5  # degrees: a zone is at least as wide
 class Tangent:
     """The linear response of a state to strain increments near one direction.
 
+    Planes that have no shear yet, and get none in that direction, are elastic in it; a direction that shears
+    them has another tangent. In axisymmetric states those are the planes along and across the axis.
+
     Parameters
     ----------
     stiffness : (6, 6) array

@@ -74,7 +74,7 @@ def check_denominator(parameters: Parameters, formulation: str, tan_phi_p: float
         raise InvalidInput(
             f"k_rR = {parameters.k_rR:g} is too small: B > 0 (Eq. 41) needs k_rR > {bound:.4g} with k_pR = "
             f"{parameters.k_pR:g}, D = {parameters.dilatancy:g}, t = tan(phi_p) = {tan_phi_p:.4g} in the formulation "
-            f"'{formulation}' (at n = 0: k_rR > D^2 t^4 / (4 (k_pR + D t^2)) = {simple:.4g}); raise k_rR or k_pR, or "
+            f"'{formulation}' (with a = eta and phi_p = phi_0: k_rR > D^2 t^4 / (4 (k_pR + D t^2)) = {simple:.4g}); raise k_rR or k_pR, or "
             "lower D or the friction"
         )
 

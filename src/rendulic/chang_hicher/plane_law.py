@@ -116,7 +116,7 @@ def is_positive(k_nn: Number, k_nr: Number, k_rn: Number, k_rr: Number) -> Numbe
 
 
 def least_shear_ratio(plastic_ratio: Number, dilatancy_factor: Number, tan_phi: Number) -> Number:
-    """The bound on `k_rR` above which `B > 0` at every obliquity, for exponent 0 and phi_p = phi_0.
+    """The bound on `k_rR` above which `B > 0` at every obliquity, for `a = eta` and phi_p = phi_0.
 
     `D^2 t^4 / (4 (k_pR + D t^2))`: the least of a parabola in `1 - x`.
     """

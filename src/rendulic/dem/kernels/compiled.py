@@ -79,4 +79,6 @@ def _kernels(source: ModuleType, kernels: tuple[str, ...], *law_functions: Calla
 
 def _digest(law_functions: tuple[Callable, ...]) -> str:
     sources = [inspect.getsource(f) for f in (*law_functions, step, lanes, rows, arrays)]
-    return hashlib.sha256("".join([*sources, repr(OPTIONS), repr(LANE_OPTIONS), numba.__version__]).encode()).hexdigest()[:12]
+    return hashlib.sha256(
+        "".join([*sources, repr(OPTIONS), repr(LANE_OPTIONS), numba.__version__]).encode()
+    ).hexdigest()[:12]
