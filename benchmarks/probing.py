@@ -82,9 +82,9 @@ from stepping import (
 
 import rendulic as rd
 from rendulic.dem.kernels.compiled import lane_kernels_for
-from rendulic.dem.lanes import WIDTH, Lanes
+from rendulic.dem.lanes import Lanes
 
-WIDE = 8
+WIDTH, NARROW = 8, 4
 STRAIN_OF_A_STEP = 2e-9
 CHECKED_STEPS, CHECKED_STRAIN = 100, 5e-5
 ROUNDING = (1e-11, 1e-7)  # of the largest number of its kind, after one step and after CHECKED_STEPS
@@ -235,7 +235,7 @@ def compiled_limit(folder: Path) -> ctypes.CDLL:
 
 def widths(library: ctypes.CDLL) -> list[int]:
     """Lanes that it is compiled for."""
-    return [width for width in (WIDTH, WIDE) if hasattr(library, f"advance_{width}")]
+    return [width for width in (WIDTH, NARROW) if hasattr(library, f"advance_{width}")]
 
 
 class Limit(Lanes):
@@ -320,7 +320,7 @@ def rate(cache: Path, repeats: Repeats, large: bool) -> None:
         f"Probing, one thread: {len(sample)} grains, {sample.n_contacts / len(sample):.2f} contacts per grain, "
         f"{repeats.n} x {repeats.n_steps} steps of {sample.time_step:.2e} s, interleaved"
     )
-    engines: list = [in_lanes(sample, WIDTH), in_lanes(sample, WIDE), Scalar(sample)]
+    engines: list = [in_lanes(sample, WIDTH), in_lanes(sample, NARROW), Scalar(sample)]
     with tempfile.TemporaryDirectory() as folder:
         for name, start in (("Yade", start_yade), ("LAMMPS", start_lammps)):
             try:
@@ -354,7 +354,7 @@ def limit(cache: Path, repeats: Repeats, large: bool) -> None:
             return
         compare_answers(sample, library)
         by_hand = limits(sample, library)
-        engines = [in_lanes(sample, WIDTH), in_lanes(sample, WIDE), *by_hand]
+        engines = [in_lanes(sample, WIDTH), in_lanes(sample, NARROW), *by_hand]
         interleave(engines, repeats)
     own = engines[0].timing
     table(
@@ -378,7 +378,7 @@ def compare_answers(sample: rd.dem.Assembly, library: ctypes.CDLL) -> None:
         f"by hand - rendulic, {w} lanes": (Lanes(sample, rates[:w], w), Limit(sample, rates[:w], w, library))
         for w in widths(library)
     }
-    pairs[f"rendulic, {WIDE} - {WIDTH} lanes"] = tuple(Lanes(sample, rates[:w], w) for w in (WIDTH, WIDE))
+    pairs[f"rendulic, {WIDTH} - {NARROW} lanes"] = tuple(Lanes(sample, rates[:w], w) for w in (WIDTH, NARROW))
     rows = []
     for name, (one, other) in pairs.items():
         found = []
@@ -399,7 +399,7 @@ def parts(cache: Path, repeats: Repeats, large: bool) -> None:
         f"{len(sample.contacts.first) / len(sample):.2f} candidates per grain, {repeats.n} x {repeats.n_steps} steps"
     )
     with tempfile.TemporaryDirectory() as folder:
-        calls = {f"rendulic {rd.__version__}, {w} lanes": own_parts(sample, w) for w in (WIDTH, WIDE)}
+        calls = {f"rendulic {rd.__version__}, {w} lanes": own_parts(sample, w) for w in (WIDTH, NARROW)}
         try:
             calls |= {one.name: hand_parts(one.advancing) for one in limits(sample, compiled_limit(Path(folder)))}
         except Absent as error:
@@ -428,9 +428,9 @@ def own_parts(sample: rd.dem.Assembly, width: int) -> tuple[int, list[Callable[[
     kernels, law, grains = lane_kernels_for(sample.law, width), sample.law.parameters, sample.grains
     dt, reach = sample.time_step, 0.5 * lanes.margin
     return width, [
-        lambda: kernels.move_lanes(lanes.state, grains.mass, grains.inertia, dt, sample.damping, reach, lanes._scratch),
+        lambda: kernels.move_lanes(lanes.state, grains.mass, grains.inertia, dt, sample.damping, reach),
         lambda: kernels.contact_lanes(
-            lanes.state, lanes.radius, lanes.first, lanes.second, lanes.held, dt, law, lanes._scratch
+            lanes.state, lanes.radius, lanes.first, lanes.second, lanes.held, dt, law
         ),
         lambda: kernels.wall_lanes(
             lanes.state, lanes.radius, lanes.grain, lanes.wall, lanes.wall_held, lanes.wall_position,

@@ -21,10 +21,11 @@ from rendulic.dem.kernels.arrays import (
     Grains,
     WallContacts,
     Walls,
+    aligned,
     aligned_rows,
 )
 from rendulic.dem.kernels.compiled import lane_kernels_for
-from rendulic.dem.kernels.lanes import ORIGIN, ROWS, SCRATCH_ROWS
+from rendulic.dem.kernels.lanes import ORIGIN, ROWS
 from rendulic.dem.neighbours import find_contacts
 
 if TYPE_CHECKING:
@@ -32,21 +33,28 @@ if TYPE_CHECKING:
 
 __all__ = ["Lanes", "batches", "probe_in_lanes"]
 
-WIDTH = 4  # eight, a whole vector of 512 bits, are as fast and need twice the memory
+WIDTHS = (4, 8)  # half a vector of 512 bits, and a whole one
 Reading = TypeVar("Reading")
 
 
-def batches(count: int, width: int = WIDTH) -> list[int]:
-    """The first lane of each batch that together hold `count` lanes; it depends on nothing else.
+def width_for(count: int) -> int:
+    """Lanes of the narrowest kernel that holds `count` probes."""
+    return next(width for width in WIDTHS if width >= count)
 
-    >>> batches(10)
-    [0, 4, 8]
+
+def batches(count: int, workers: int = 1) -> list[range]:
+    """Which lanes advance together: an even share for each worker, in full vectors and a remainder.
+
+    >>> batches(19, workers=2)
+    [range(0, 8), range(8, 10), range(10, 18), range(18, 19)]
     """
-    return list(range(0, count, width))
+    shares = [range(count * w // workers, count * (w + 1) // workers) for w in range(workers)]
+    widest = max(WIDTHS)
+    return [share[at : at + widest] for share in shares for at in range(0, len(share), widest)]
 
 
 class Lanes:
-    """Up to `width` copies of an assembly with strain rates of their own.
+    """Up to eight copies of an assembly with strain rates of their own.
 
     Parameters
     ----------
@@ -54,17 +62,20 @@ class Lanes:
         The common state, left as it is. Lanes keep its time step, damping and contact law; energies are
         not recorded.
     rates : (m, 3) array
-        Principal strain rates in 1/s of each lane, m <= width; lanes beyond m idle with rate zero.
-    width : int
-        Lanes that the kernels are compiled for.
+        Principal strain rates in 1/s of each lane, m <= 8.
+    width : {4, 8}, optional
+        Lanes that the kernels are compiled for, at least m; those beyond m idle with rate zero. By default
+        the narrowest that holds all.
 
     Notes
     -----
     Candidate pairs are those of any lane, found anew when a grain of any lane has used up its margin.
-    Pairs that do not touch add nothing, so no lane depends on its neighbours.
+    Pairs that do not touch add nothing, and operations and their order are those of `Assembly.advance`: a
+    lane ends at the same bits as the assembly alone, whatever runs beside it.
     """
 
-    def __init__(self, assembly: Assembly, rates: np.ndarray, width: int = WIDTH) -> None:
+    def __init__(self, assembly: Assembly, rates: np.ndarray, width: int | None = None) -> None:
+        width = width or width_for(len(rates))
         grains, n = assembly.grains, len(assembly)
         self.base, self.width, self.n_used = assembly, width, len(rates)
         self.rates = np.zeros((3, width))
@@ -74,15 +85,14 @@ class Lanes:
             *range(POSITION, POSITION + 3), *range(VELOCITY, VELOCITY + 3), *range(SPIN, SPIN + 3),
             *range(FORCE, FORCE + 3), *range(TORQUE, TORQUE + 3),
         ]  # fmt: skip
-        buffer = np.empty(n * ROWS * width + 8)
-        offset = -buffer.ctypes.data // 8 % 8
-        self.state = buffer[offset : offset + n * ROWS * width]
+        self.state = aligned(n * ROWS * width)
         own = self.state.reshape(n, ROWS, width)
         own[:, :ORIGIN] = grains.row[:, self._columns, None]
         own[:, ORIGIN:] = assembly.list_origin[:, :, None]
         contacts, touching = assembly.contacts, assembly.wall_contacts
         self.first, self.second = contacts.first.copy(), contacts.second.copy()
-        self.held = np.repeat(contacts.force[:, :, None], width, axis=2).reshape(-1)
+        self.held = aligned(contacts.force.size * width)
+        self.held.reshape(-1, 4, width)[:] = contacts.force[:, :, None]
         self.grain, self.wall = touching.grain.copy(), touching.wall.copy()
         self.wall_held = np.repeat(touching.force[:, None], width, axis=1)
         self.wall_position = np.repeat(assembly.walls.position[:, None], width, axis=1)
@@ -90,7 +100,6 @@ class Lanes:
         self.wall_force = np.repeat(assembly.walls.force[:, None], width, axis=1)
         self.wall_stiffness = np.repeat(assembly.walls.stiffness[:, None], width, axis=1)
         self.n_steps = self.n_rebuilds = 0
-        self._scratch = np.zeros(SCRATCH_ROWS * width)
         self._steps_since_build = 0
 
     def advance(self, n_steps: int) -> None:
@@ -109,7 +118,7 @@ class Lanes:
             done, complete = kernels.advance_lanes(
                 left, self.state, self.radius, grains.mass, grains.inertia, self.first, self.second, self.held,
                 self.grain, self.wall, self.wall_held, self.wall_position, self.wall_origin, self.wall_force,
-                self.wall_stiffness, self.rates, dt, base.damping, parameters, 0.5 * self.margin, self._scratch,
+                self.wall_stiffness, self.rates, dt, base.damping, parameters, 0.5 * self.margin,
             )  # fmt: skip
             left -= done
             self._steps_since_build += done
@@ -117,7 +126,7 @@ class Lanes:
                 self._rebuild()
                 kernels.finish_lanes(
                     self.state, self.radius, self.first, self.second, self.held, self.grain, self.wall, self.wall_held,
-                    self.wall_position, self.wall_force, self.wall_stiffness, dt, parameters, self._scratch,
+                    self.wall_position, self.wall_force, self.wall_stiffness, dt, parameters,
                 )  # fmt: skip
                 left -= 1
         self.n_steps += n_steps
@@ -158,11 +167,12 @@ class Lanes:
             pairs.append(found.first.astype(np.int64) * n + found.second)
             touching.append(at_walls.wall.astype(np.int64) * n + at_walls.grain)
         keys, wall_keys = np.unique(np.concatenate(pairs)), np.unique(np.concatenate(touching))
-        held = np.zeros((len(keys), 4, width))
+        held = aligned(len(keys) * 4 * width)
+        held[:] = 0.0
         kept, place = np.isin(old, keys), np.searchsorted(keys, old)
-        held[place[kept]] = self.held.reshape(-1, 4, width)[kept]
+        held.reshape(-1, 4, width)[place[kept]] = self.held.reshape(-1, 4, width)[kept]
         self.first, self.second = (keys // n).astype(np.int32), (keys % n).astype(np.int32)
-        self.held = held.reshape(-1)
+        self.held = held
         self.wall, self.grain = (wall_keys // n).astype(np.int32), (wall_keys % n).astype(np.int32)
         self.wall_held = np.zeros((len(wall_keys), width))
         own[:, ORIGIN:] = own[:, POSITION : POSITION + 3]
@@ -183,8 +193,8 @@ def probe_in_lanes(
 ) -> list[list[Reading]]:
     """Impose principal strain increments (m, 3), each in `n_steps` equal parts on a copy of the assembly.
 
-    Batches of lanes run on `workers` threads; the plan of batches depends on their number only, so that
-    workers do not change a result.
+    Batches of lanes run on `workers` threads. No lane depends on those beside it, so that workers do not
+    change a bit of a result.
 
     Parameters
     ----------
@@ -200,8 +210,8 @@ def probe_in_lanes(
     """
     rates = np.asarray(increments, dtype=float) / (n_steps * assembly.time_step)
 
-    def follow(first: int) -> list[list[Reading]]:
-        lanes = Lanes(assembly, rates[first : first + WIDTH])
+    def follow(batch: range) -> list[list[Reading]]:
+        lanes = Lanes(assembly, rates[batch.start : batch.stop])
         readings: list[list[Reading]] = [[] for _ in range(lanes.n_used)]
         done = 0
         for mark in marks:
@@ -214,4 +224,4 @@ def probe_in_lanes(
         return readings
 
     with ThreadPoolExecutor(max_workers=workers) as pool:
-        return [reading for batch in pool.map(follow, batches(len(rates))) for reading in batch]
+        return [reading for batch in pool.map(follow, batches(len(rates), workers)) for reading in batch]

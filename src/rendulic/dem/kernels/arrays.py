@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Contacts", "Drive", "Grains", "WallContacts", "Walls", "aligned_rows"]
+__all__ = ["Contacts", "Drive", "Grains", "WallContacts", "Walls", "aligned", "aligned_rows"]
 
 
 # columns of `Grains.row`
@@ -57,12 +57,16 @@ class Grains(NamedTuple):
         return self.row[:, TORQUE : TORQUE + 3]
 
 
+def aligned(count: int) -> np.ndarray:
+    """So many numbers, with anything in them, that start on a cache line."""
+    buffer = np.empty(count + 8)
+    offset = -buffer.ctypes.data // 8 % 8
+    return buffer[offset : offset + count]
+
+
 def aligned_rows(values: np.ndarray) -> np.ndarray:
     """A copy of (n, 16) `values` that starts on a cache line."""
-    n, columns = values.shape
-    buffer = np.empty(n * columns + 8)
-    offset = -buffer.ctypes.data // 8 % 8
-    rows = buffer[offset : offset + n * columns].reshape(n, columns)
+    rows = aligned(values.size).reshape(values.shape)
     rows[:] = values
     return rows
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import sys
 from collections.abc import Callable
 from functools import cache
 from threading import Lock
@@ -11,20 +12,19 @@ from types import FunctionType, ModuleType, SimpleNamespace
 
 import numba
 
-from rendulic.dem.kernels import arrays, lanes, rows, step
-from rendulic.dem.kernels.rows import row_moves
+from rendulic.dem.kernels import arithmetic, arrays, lanes, mechanics, rows, step
 from rendulic.dem.laws import ContactLaw
 
 __all__ = ["jit", "kernels_for", "lane_kernels_for"]
 
-# contraction to fused multiply-add is the only liberty taken: NaN is kept, and a machine repeats itself
-OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
-# lanes take none: where the compiler contracts in one lane and not in the next, their results would differ
-LANE_OPTIONS = OPTIONS | {"fastmath": False}
+# no liberties in arithmetic: NaN is kept, and lanes, threads and machines end at the same bits
+OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": False}
 jit = numba.njit(cache=True, **OPTIONS)
 
+INLINED = ("damped", "pair_force")  # into every loop: left to itself, the compiler makes calls of them
 LAW_NAMES = ("law_stiffness", "law_wall_stiffness", "law_contact_force", "law_elastic_energy")
 KERNELS = (
+    "pair_force",
     "damped",
     "move_grains",
     "contact_forces",
@@ -36,7 +36,7 @@ KERNELS = (
     "stiffness_sums",
     "stored_energy",
 )
-LANE_KERNELS = ("move_lanes", "contact_lanes", "wall_lanes", "finish_lanes", "advance_lanes")
+LANE_KERNELS = ("pair_force", "damped", "move_lanes", "contact_lanes", "wall_lanes", "finish_lanes", "advance_lanes")
 
 
 def kernels_for(law: ContactLaw) -> SimpleNamespace:
@@ -61,11 +61,11 @@ def _kernels(source: ModuleType, kernels: tuple[str, ...], *law_functions: Calla
     # a user's function may use numbers from around it, which its source does not show: it is compiled
     # anew in each process. rendulic's own go to disk under a name that changes with any source.
     own = all(getattr(f, "__module__", "").startswith("rendulic.") for f in law_functions)
-    compiler = numba.njit(cache=own, **(LANE_OPTIONS if width else OPTIONS))
+    compiler = numba.njit(cache=own, **OPTIONS)
     digest = f"{_digest(law_functions)}_{width}" if own else "user"
-    names = dict(vars(source))
+    names = vars(mechanics) | vars(source)
     if width:
-        names |= {"WIDTH": width, **vars(row_moves(width))}
+        names |= {"WIDTH": width, **vars(rows.row_operations(width, lanes.ORIGIN, lanes.STACKED))}
     for name, function in zip(LAW_NAMES, law_functions, strict=True):
         names[name] = function if hasattr(function, "py_func") else compiler(function)
     for name in kernels:
@@ -73,12 +73,11 @@ def _kernels(source: ModuleType, kernels: tuple[str, ...], *law_functions: Calla
         clone = FunctionType(plain.__code__, names, name, plain.__defaults__)
         clone.__qualname__ = f"{name}_{digest}"
         clone.__module__ = source.__name__
-        names[name] = compiler(clone)
+        names[name] = numba.njit(cache=own, forceinline=name in INLINED, **OPTIONS)(clone)
     return SimpleNamespace(**{name: names[name] for name in kernels})
 
 
 def _digest(law_functions: tuple[Callable, ...]) -> str:
-    sources = [inspect.getsource(f) for f in (*law_functions, step, lanes, rows, arrays)]
-    return hashlib.sha256(
-        "".join([*sources, repr(OPTIONS), repr(LANE_OPTIONS), numba.__version__]).encode()
-    ).hexdigest()[:12]
+    parts = (*law_functions, arithmetic, arrays, lanes, mechanics, rows, step, sys.modules[__name__])
+    sources = "".join(inspect.getsource(part) for part in parts)
+    return hashlib.sha256((sources + numba.__version__).encode()).hexdigest()[:12]

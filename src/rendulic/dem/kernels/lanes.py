@@ -1,40 +1,53 @@
 """One time step of several copies of an assembly together, the copy ("lane") as innermost array axis.
 
-The same step as `kernels/step.py`, for strain rates imposed on the walls, with the same contact law.
-All lanes start from one state and share radii, masses and candidate pairs; a contact's numbers of all
-lanes lie side by side, so that one instruction serves `WIDTH` of them. A contact's rows are moved into
-a small scratch at constant places, worked on there, and moved back: only so can the compiler know that
-nothing overlaps. Every lane's arithmetic is its own: what the others do cannot change a bit of it.
+The same step as `kernels/step.py`, for strain rates imposed on the walls, with the same contact law and
+the same operations in the same order: a lane ends at the numbers of the assembly alone, to the bit. All
+lanes start from one state and share radii, masses and candidate pairs; a contact's numbers of all lanes
+lie side by side, so that one instruction serves `WIDTH` of them. A contact's rows are moved to constant
+places on the stack, worked on there, and moved back: there the compiler knows that nothing overlaps,
+makes vectors of the loop over lanes, and keeps all rows in registers. Every lane's arithmetic is its own:
+what the others do cannot change a bit of it.
 
-`WIDTH`, the row moves and the `law_*` names are put in place before compiling, see
+`WIDTH`, the operations on rows and the `law_*` names are put in place before compiling, see
 `compiled.lane_kernels_for`.
 """
 
 from __future__ import annotations
 
-from math import copysign, expm1, sqrt
+from math import expm1
 
 import numpy as np
 
-from rendulic.dem.kernels.rows import row_moves
-from rendulic.dem.laws.linear_frictional import contact_force as law_contact_force
+from rendulic.dem.kernels.arithmetic import fma
+from rendulic.dem.kernels.mechanics import damped, pair_force
+from rendulic.dem.kernels.rows import row_operations
 from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_stiffness
 from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
 
-WIDTH = 8
-copy_row, add_row, subtract_row = (vars(row_moves(WIDTH))[name] for name in ("copy_row", "add_row", "subtract_row"))
-
 # rows of a grain, each of WIDTH numbers; the first fifteen are its state, then where the list was built
 POSITION, VELOCITY, SPIN, FORCE, TORQUE, ORIGIN, ROWS = 0, 3, 6, 9, 12, 15, 18
-# rows of the scratch of a contact: two grains (9 each), history (4), force (3), torques (6), distance squared
-SECOND, HELD, PAIR_FORCE, TORQUE_1, TORQUE_2, DISTANCE2, SCRATCH_ROWS = 9, 18, 22, 25, 28, 31, 32
+# rows on the stack: of a contact, the first grain (15), the second (15; its position from the first), history (4),
+# distance squared; of a moving grain, its rows (18) and how far it moved, squared
+SECOND, HELD, DISTANCE2, STACKED = 15, 30, 34, 35
+AHEAD = 6  # contacts between fetching a second grain and its use
+
+WIDTH = 8
+_rows = row_operations(WIDTH, ORIGIN, STACKED)
+copy_row, add_row, subtract_row = _rows.copy_row, _rows.add_row, _rows.subtract_row
+square_row, add_square_row = _rows.square_row, _rows.add_square_row
+scale_row, shift_row, raise_row, replace_positive = (
+    _rows.scale_row, _rows.shift_row, _rows.raise_row, _rows.replace_positive
+)  # fmt: skip
+any_less, any_beyond, any_unequal = _rows.any_less, _rows.any_beyond, _rows.any_unequal
+fetch, stack_rows = _rows.fetch, _rows.stack_rows
 
 
-def move_lanes(state, mass, inertia, dt, damping, reach, scratch):
+def move_lanes(state, mass, inertia, dt, damping, reach):
     """Advance velocities and positions by `dt`, clear force and torque; see `step.move_grains`.
 
-    Returns how many grains of all lanes are no longer within `reach` of where the list was built.
+    Returns how many grains of any lane are no longer within `reach` of where the list was built.
     """
+    scratch = stack_rows()
     reach2 = reach * reach
     beyond = 0
     for g in range(mass.shape[0]):
@@ -47,137 +60,130 @@ def move_lanes(state, mass, inertia, dt, damping, reach, scratch):
             moved2 = 0.0
             for k in range(3):
                 old, full = scratch[(VELOCITY + k) * WIDTH + lane], scratch[(FORCE + k) * WIDTH + lane]
-                kept = full * (1.0 - damping * copysign(1.0, full * (old + 0.5 * impulse * full)))
-                new = old + impulse * kept
-                x = scratch[(POSITION + k) * WIDTH + lane] + dt * new
+                new = fma(impulse, damped(full, old, 0.5 * impulse, damping), old)
+                x = fma(dt, new, scratch[(POSITION + k) * WIDTH + lane])
                 scratch[(POSITION + k) * WIDTH + lane] = x
                 scratch[(VELOCITY + k) * WIDTH + lane] = new
                 moved2 += (x - scratch[(ORIGIN + k) * WIDTH + lane]) ** 2
                 old, full = scratch[(SPIN + k) * WIDTH + lane], scratch[(TORQUE + k) * WIDTH + lane]
-                kept = full * (1.0 - damping * copysign(1.0, full * (old + 0.5 * angular_impulse * full)))
-                scratch[(SPIN + k) * WIDTH + lane] = old + angular_impulse * kept
+                kept = damped(full, old, 0.5 * angular_impulse, damping)
+                scratch[(SPIN + k) * WIDTH + lane] = fma(angular_impulse, kept, old)
                 scratch[(FORCE + k) * WIDTH + lane] = 0.0
                 scratch[(TORQUE + k) * WIDTH + lane] = 0.0
             scratch[ROWS * WIDTH + lane] = moved2
         for k in range(ORIGIN):
             copy_row(state, own + k * WIDTH, scratch, k * WIDTH)
-        out = 0.0
-        for lane in range(WIDTH):
-            out += 0.0 if scratch[ROWS * WIDTH + lane] <= reach2 else 1.0  # also of what is not a number
-        if out > 0.0:
+        if any_beyond(scratch, ROWS * WIDTH, reach2):
             beyond += 1
     return beyond
 
 
-def contact_lanes(state, radius, first, second, held, dt, parameters, scratch):
+def contact_lanes(state, radius, first, second, held, dt, parameters):
     """Add the grain-grain contact forces of all lanes; see `step.contact_forces`."""
+    scratch = stack_rows()
+    ahead = first.shape[0] - AHEAD
     for c in range(first.shape[0]):
-        one, two = np.int64(first[c]) * (ROWS * WIDTH), np.int64(second[c]) * (ROWS * WIDTH)
+        if c < ahead:
+            fetch(state, np.int64(second[c + AHEAD]) * (ROWS * WIDTH))
+        i, j = np.uint64(first[c]), np.uint64(second[c])  # unsigned: no test for negative indices
+        one, two = np.int64(i) * (ROWS * WIDTH), np.int64(j) * (ROWS * WIDTH)
         history = c * (4 * WIDTH)
-        r1, r2 = radius[first[c]], radius[second[c]]
+        r1, r2 = radius[i], radius[j]
         reach = r1 + r2
         reach2 = reach * reach
         for k in range(3):
-            copy_row(scratch, k * WIDTH, state, one + k * WIDTH)
             copy_row(scratch, (SECOND + k) * WIDTH, state, two + k * WIDTH)
+            subtract_row(scratch, (SECOND + k) * WIDTH, state, one + k * WIDTH)
+        square_row(scratch, DISTANCE2 * WIDTH, scratch, (SECOND + 2) * WIDTH)
+        add_square_row(scratch, DISTANCE2 * WIDTH, scratch, (SECOND + 1) * WIDTH)
+        add_square_row(scratch, DISTANCE2 * WIDTH, scratch, SECOND * WIDTH)
         copy_row(scratch, HELD * WIDTH, held, history)
-        touching = 0.0
-        for lane in range(WIDTH):
-            nx = scratch[9 * WIDTH + lane] - scratch[lane]
-            ny = scratch[10 * WIDTH + lane] - scratch[WIDTH + lane]
-            nz = scratch[11 * WIDTH + lane] - scratch[2 * WIDTH + lane]
-            distance2 = nx * nx + ny * ny + nz * nz
-            scratch[DISTANCE2 * WIDTH + lane] = distance2
-            touching += 1.0 if (distance2 < reach2 or scratch[HELD * WIDTH + lane] != 0.0) else 0.0
-        if touching == 0.0:
+        if not (any_less(scratch, DISTANCE2 * WIDTH, reach2) or any_unequal(scratch, HELD * WIDTH, 0.0)):
             continue
-        for k in range(3, 9):
+        for k in range(VELOCITY, ORIGIN):
             copy_row(scratch, k * WIDTH, state, one + k * WIDTH)
             copy_row(scratch, (SECOND + k) * WIDTH, state, two + k * WIDTH)
         for k in range(1, 4):
             copy_row(scratch, (HELD + k) * WIDTH, held, history + k * WIDTH)
         k_n, k_t = law_stiffness(r1, r2, parameters)
         for lane in range(WIDTH):
-            nx = scratch[9 * WIDTH + lane] - scratch[lane]
-            ny = scratch[10 * WIDTH + lane] - scratch[WIDTH + lane]
-            nz = scratch[11 * WIDTH + lane] - scratch[2 * WIDTH + lane]
             distance2 = scratch[DISTANCE2 * WIDTH + lane]
-            distance = sqrt(distance2)
-            overlap = reach - distance
-            scale = 1.0 / distance
-            nx *= scale
-            ny *= scale
-            nz *= scale
-            a1, a2 = r1 - 0.5 * overlap, r2 - 0.5 * overlap
-            sx, sy, sz = scratch[6 * WIDTH + lane], scratch[7 * WIDTH + lane], scratch[8 * WIDTH + lane]
-            ux, uy, uz = scratch[15 * WIDTH + lane], scratch[16 * WIDTH + lane], scratch[17 * WIDTH + lane]
-            wx, wy, wz = a1 * sx + a2 * ux, a1 * sy + a2 * uy, a1 * sz + a2 * uz
-            vx = scratch[12 * WIDTH + lane] - scratch[3 * WIDTH + lane] - (wy * nz - wz * ny)
-            vy = scratch[13 * WIDTH + lane] - scratch[4 * WIDTH + lane] - (wz * nx - wx * nz)
-            vz = scratch[14 * WIDTH + lane] - scratch[5 * WIDTH + lane] - (wx * ny - wy * nx)
-            vn = vx * nx + vy * ny + vz * nz
-            fx, fy, fz = scratch[19 * WIDTH + lane], scratch[20 * WIDTH + lane], scratch[21 * WIDTH + lane]
-            fn = fx * nx + fy * ny + fz * nz
-            fx -= fn * nx
-            fy -= fn * ny
-            fz -= fn * nz
-            turn = 0.5 * dt * ((sx + ux) * nx + (sy + uy) * ny + (sz + uz) * nz)
-            tx = fx + turn * (ny * fz - nz * fy)
-            ty = fy + turn * (nz * fx - nx * fz)
-            tz = fz + turn * (nx * fy - ny * fx)
-            fn, tx, ty, tz, _lost = law_contact_force(
-                overlap, k_n, k_t, tx, ty, tz, dt * (vx - vn * nx), dt * (vy - vn * ny), dt * (vz - vn * nz), parameters
+            fn, tx, ty, tz, fx, fy, fz, mx, my, mz, a1, a2, _dissipated = pair_force(
+                scratch[SECOND * WIDTH + lane],
+                scratch[(SECOND + 1) * WIDTH + lane],
+                scratch[(SECOND + 2) * WIDTH + lane],
+                distance2,
+                r1,
+                r2,
+                k_n,
+                k_t,
+                scratch[(SECOND + VELOCITY) * WIDTH + lane] - scratch[VELOCITY * WIDTH + lane],
+                scratch[(SECOND + VELOCITY + 1) * WIDTH + lane] - scratch[(VELOCITY + 1) * WIDTH + lane],
+                scratch[(SECOND + VELOCITY + 2) * WIDTH + lane] - scratch[(VELOCITY + 2) * WIDTH + lane],
+                scratch[SPIN * WIDTH + lane],
+                scratch[(SPIN + 1) * WIDTH + lane],
+                scratch[(SPIN + 2) * WIDTH + lane],
+                scratch[(SECOND + SPIN) * WIDTH + lane],
+                scratch[(SECOND + SPIN + 1) * WIDTH + lane],
+                scratch[(SECOND + SPIN + 2) * WIDTH + lane],
+                scratch[(HELD + 1) * WIDTH + lane],
+                scratch[(HELD + 2) * WIDTH + lane],
+                scratch[(HELD + 3) * WIDTH + lane],
+                dt,
+                parameters,
             )
             closed = distance2 < reach2
-            fn = fn if closed else 0.0
-            tx = tx if closed else 0.0
-            ty = ty if closed else 0.0
-            tz = tz if closed else 0.0
-            scratch[18 * WIDTH + lane] = fn
-            scratch[19 * WIDTH + lane] = tx
-            scratch[20 * WIDTH + lane] = ty
-            scratch[21 * WIDTH + lane] = tz
-            scratch[22 * WIDTH + lane] = fn * nx + tx
-            scratch[23 * WIDTH + lane] = fn * ny + ty
-            scratch[24 * WIDTH + lane] = fn * nz + tz
-            mx = ny * tz - nz * ty
-            my = nz * tx - nx * tz
-            mz = nx * ty - ny * tx
-            scratch[25 * WIDTH + lane] = a1 * mx
-            scratch[26 * WIDTH + lane] = a1 * my
-            scratch[27 * WIDTH + lane] = a1 * mz
-            scratch[28 * WIDTH + lane] = a2 * mx
-            scratch[29 * WIDTH + lane] = a2 * my
-            scratch[30 * WIDTH + lane] = a2 * mz
+            scratch[HELD * WIDTH + lane] = fn if closed else 0.0
+            scratch[(HELD + 1) * WIDTH + lane] = tx if closed else 0.0
+            scratch[(HELD + 2) * WIDTH + lane] = ty if closed else 0.0
+            scratch[(HELD + 3) * WIDTH + lane] = tz if closed else 0.0
+            fx, fy, fz = fx if closed else 0.0, fy if closed else 0.0, fz if closed else 0.0
+            mx, my, mz = mx if closed else 0.0, my if closed else 0.0, mz if closed else 0.0
+            scratch[FORCE * WIDTH + lane] -= fx
+            scratch[(FORCE + 1) * WIDTH + lane] -= fy
+            scratch[(FORCE + 2) * WIDTH + lane] -= fz
+            scratch[(SECOND + FORCE) * WIDTH + lane] += fx
+            scratch[(SECOND + FORCE + 1) * WIDTH + lane] += fy
+            scratch[(SECOND + FORCE + 2) * WIDTH + lane] += fz
+            at, to = TORQUE * WIDTH + lane, (SECOND + TORQUE) * WIDTH + lane
+            scratch[at] = fma(-a1, mx, scratch[at])
+            scratch[at + WIDTH] = fma(-a1, my, scratch[at + WIDTH])
+            scratch[at + 2 * WIDTH] = fma(-a1, mz, scratch[at + 2 * WIDTH])
+            scratch[to] = fma(-a2, mx, scratch[to])
+            scratch[to + WIDTH] = fma(-a2, my, scratch[to + WIDTH])
+            scratch[to + 2 * WIDTH] = fma(-a2, mz, scratch[to + 2 * WIDTH])
         for k in range(4):
             copy_row(held, history + k * WIDTH, scratch, (HELD + k) * WIDTH)
-        for k in range(3):
-            subtract_row(state, one + (FORCE + k) * WIDTH, scratch, (PAIR_FORCE + k) * WIDTH)
-            add_row(state, two + (FORCE + k) * WIDTH, scratch, (PAIR_FORCE + k) * WIDTH)
-            subtract_row(state, one + (TORQUE + k) * WIDTH, scratch, (TORQUE_1 + k) * WIDTH)
-            subtract_row(state, two + (TORQUE + k) * WIDTH, scratch, (TORQUE_2 + k) * WIDTH)
+        for k in range(FORCE, ORIGIN):
+            copy_row(state, one + k * WIDTH, scratch, k * WIDTH)
+            copy_row(state, two + k * WIDTH, scratch, (SECOND + k) * WIDTH)
 
 
 def wall_lanes(state, radius, grain, wall, wall_held, wall_position, wall_force, wall_stiffness, parameters):
     """Add the forces of the walls of all lanes; see `step.wall_forces`."""
-    for w in range(6):
-        for lane in range(WIDTH):
-            wall_force[w, lane] = 0.0
-            wall_stiffness[w, lane] = 0.0
+    scratch = stack_rows()
+    pressing, stiffness = 0, WIDTH
+    wall_force[:] = 0.0
+    wall_stiffness[:] = 0.0
     for c in range(grain.shape[0]):
-        g, w = np.int64(grain[c]), np.int64(wall[c])
-        axis = w // 2
+        g, w = np.uint64(grain[c]), np.int64(wall[c])
+        at = (np.int64(g) * ROWS + w // 2) * WIDTH
         side = 1.0 if w % 2 == 0 else -1.0
-        at = (g * ROWS + axis) * WIDTH
-        k_n = law_wall_stiffness(radius[g], parameters)
-        for lane in range(WIDTH):
-            overlap = radius[g] - side * (state[at + lane] - wall_position[w, lane])
-            closed = overlap > 0.0
-            pressing = k_n * overlap if closed else 0.0
-            wall_held[c, lane] = pressing
-            state[at + FORCE * WIDTH + lane] += side * pressing
-            wall_force[w, lane] += pressing
-            wall_stiffness[w, lane] += k_n if closed else 0.0
+        r = radius[g]
+        k_n = law_wall_stiffness(r, parameters)
+        copy_row(scratch, pressing, state, at)
+        subtract_row(scratch, pressing, wall_position, w * WIDTH)
+        scale_row(scratch, pressing, -side)
+        shift_row(scratch, pressing, r)  # the overlap
+        scale_row(scratch, pressing, k_n)
+        raise_row(scratch, pressing, 0.0)
+        copy_row(wall_held, c * WIDTH, scratch, pressing)
+        add_row(wall_force, w * WIDTH, scratch, pressing)
+        copy_row(scratch, stiffness, scratch, pressing)
+        replace_positive(scratch, stiffness, k_n)
+        add_row(wall_stiffness, w * WIDTH, scratch, stiffness)
+        scale_row(scratch, pressing, side)
+        add_row(state, at + FORCE * WIDTH, scratch, pressing)
 
 
 def advance_lanes(
@@ -201,7 +207,6 @@ def advance_lanes(
     damping,
     parameters,
     reach,
-    scratch,
 ):
     """Make up to `n_steps` steps of all lanes, in place; `rates` (3, WIDTH) are principal strain rates.
 
@@ -214,7 +219,7 @@ def advance_lanes(
         moved, its forces are missing (`finish_lanes`).
     """
     for made in range(n_steps):
-        beyond = move_lanes(state, mass, inertia, dt, damping, reach, scratch)
+        beyond = move_lanes(state, mass, inertia, dt, damping, reach)
         for axis in range(3):
             low, high = 2 * axis, 2 * axis + 1
             for lane in range(WIDTH):
@@ -230,12 +235,12 @@ def advance_lanes(
         if beyond > 0:
             return made, False
         finish_lanes(state, radius, first, second, held, grain, wall, wall_held, wall_position, wall_force,
-                     wall_stiffness, dt, parameters, scratch)  # fmt: skip
+                     wall_stiffness, dt, parameters)  # fmt: skip
     return n_steps, True
 
 
 def finish_lanes(state, radius, first, second, held, grain, wall, wall_held, wall_position, wall_force, wall_stiffness,
-                 dt, parameters, scratch):  # fmt: skip
+                 dt, parameters):  # fmt: skip
     """Forces at the present positions."""
-    contact_lanes(state, radius, first, second, held, dt, parameters, scratch)
+    contact_lanes(state, radius, first, second, held, dt, parameters)
     wall_lanes(state, radius, grain, wall, wall_held, wall_position, wall_force, wall_stiffness, parameters)

@@ -4,32 +4,25 @@ Order of a step: leapfrog with the forces of the present positions, walls, then 
 positions. A state between steps is therefore whole: positions, the forces at these positions, and
 velocities half a step earlier.
 
-The four `law_*` names are those of the default law; `compiled.kernels_for` puts another law's
-functions in their place before compiling.
+The `law_*` names, here and in `mechanics`, are those of the default law; `compiled.kernels_for` puts another
+law's functions in their place before compiling.
 """
 
 from __future__ import annotations
 
-from math import copysign, expm1, sqrt
+from math import expm1, sqrt
 
 import numpy as np
 
+from rendulic.dem.kernels.arithmetic import dot, fma
 from rendulic.dem.kernels.arrays import FORCE, POSITION, RADIUS, SPIN, TORQUE, VELOCITY
-from rendulic.dem.laws.linear_frictional import contact_force as law_contact_force
+from rendulic.dem.kernels.mechanics import damped, pair_force
 from rendulic.dem.laws.linear_frictional import elastic_energy as law_elastic_energy
 from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_stiffness
 from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
 
 FRICTION, DAMPING, BOUNDARY = 0, 1, 2  # places in the array of energies spent
 SHEAR_RATIO = 0.42  # k_t / k_n up to which normal stiffness decides the time step
-
-
-def damped(force, velocity, half_impulse, damping):
-    """Cundall's non-viscous damping of one component, `F (1 - lambda sign(F (v + F dt / 2m)))`.
-
-    `half_impulse` is `dt / 2m`.
-    """
-    return force * (1.0 - damping * copysign(1.0, force * (velocity + half_impulse * force)))
 
 
 def move_grains(grains, dt, damping, reference, reach, spent):
@@ -48,16 +41,16 @@ def move_grains(grains, dt, damping, reference, reach, spent):
         for k in range(3):
             old, full = row[i, VELOCITY + k], row[i, FORCE + k]
             kept = damped(full, old, 0.5 * impulse, damping)
-            new = old + impulse * kept
+            new = fma(impulse, kept, old)
             lost += (full - kept) * (old + new)
             row[i, VELOCITY + k] = new
-            x = row[i, POSITION + k] + dt * new
+            x = fma(dt, new, row[i, POSITION + k])
             row[i, POSITION + k] = x
             moved2 += (x - reference[i, k]) ** 2
             row[i, FORCE + k] = 0.0
             old, full = row[i, SPIN + k], row[i, TORQUE + k]
             kept = damped(full, old, 0.5 * angular_impulse, damping)
-            new = old + angular_impulse * kept
+            new = fma(angular_impulse, kept, old)
             lost += (full - kept) * (old + new)
             row[i, SPIN + k] = new
             row[i, TORQUE + k] = 0.0
@@ -68,11 +61,7 @@ def move_grains(grains, dt, damping, reference, reach, spent):
 
 
 def contact_forces(grains, contacts, dt, parameters, spent):
-    """Add the grain-grain contact forces at the present positions; update the contacts' history.
-
-    Section 2 of the theory: the old tangential force is projected on the new tangent plane and
-    turned with the pair's mean spin about the normal, then sheared by the contact-point velocity.
-    """
+    """Add the grain-grain contact forces at the present positions; update the contacts' history."""
     row = grains.row
     first, second, held = contacts.first, contacts.second, contacts.force
     lost = 0.0
@@ -83,7 +72,7 @@ def contact_forces(grains, contacts, dt, parameters, spent):
         nz = row[j, POSITION + 2] - row[i, POSITION + 2]
         r1, r2 = row[i, RADIUS], row[j, RADIUS]
         reach = r1 + r2
-        distance2 = nx * nx + ny * ny + nz * nz
+        distance2 = dot(nx, ny, nz, nx, ny, nz)
         if distance2 >= reach * reach:
             if held[c, 0] != 0.0:
                 k_n, k_t = law_stiffness(r1, r2, parameters)
@@ -94,48 +83,29 @@ def contact_forces(grains, contacts, dt, parameters, spent):
                 held[c, 2] = 0.0
                 held[c, 3] = 0.0
             continue
-        distance = sqrt(distance2)
-        overlap = reach - distance
-        scale = 1.0 / distance
-        nx *= scale
-        ny *= scale
-        nz *= scale
-        a1, a2 = r1 - 0.5 * overlap, r2 - 0.5 * overlap
-        wx = a1 * row[i, SPIN] + a2 * row[j, SPIN]
-        wy = a1 * row[i, SPIN + 1] + a2 * row[j, SPIN + 1]
-        wz = a1 * row[i, SPIN + 2] + a2 * row[j, SPIN + 2]
-        vx = row[j, VELOCITY] - row[i, VELOCITY] - (wy * nz - wz * ny)
-        vy = row[j, VELOCITY + 1] - row[i, VELOCITY + 1] - (wz * nx - wx * nz)
-        vz = row[j, VELOCITY + 2] - row[i, VELOCITY + 2] - (wx * ny - wy * nx)
-        vn = vx * nx + vy * ny + vz * nz
-        fx, fy, fz = held[c, 1], held[c, 2], held[c, 3]
-        fn = fx * nx + fy * ny + fz * nz
-        fx -= fn * nx
-        fy -= fn * ny
-        fz -= fn * nz
-        turn = (
-            0.5
-            * dt
-            * (
-                (row[i, SPIN] + row[j, SPIN]) * nx
-                + (row[i, SPIN + 1] + row[j, SPIN + 1]) * ny
-                + (row[i, SPIN + 2] + row[j, SPIN + 2]) * nz
-            )
-        )
-        tx = fx + turn * (ny * fz - nz * fy)
-        ty = fy + turn * (nz * fx - nx * fz)
-        tz = fz + turn * (nx * fy - ny * fx)
         k_n, k_t = law_stiffness(r1, r2, parameters)
-        fn, tx, ty, tz, slid = law_contact_force(
-            overlap,
+        fn, tx, ty, tz, fx, fy, fz, mx, my, mz, a1, a2, slid = pair_force(
+            nx,
+            ny,
+            nz,
+            distance2,
+            r1,
+            r2,
             k_n,
             k_t,
-            tx,
-            ty,
-            tz,
-            dt * (vx - vn * nx),
-            dt * (vy - vn * ny),
-            dt * (vz - vn * nz),
+            row[j, VELOCITY] - row[i, VELOCITY],
+            row[j, VELOCITY + 1] - row[i, VELOCITY + 1],
+            row[j, VELOCITY + 2] - row[i, VELOCITY + 2],
+            row[i, SPIN],
+            row[i, SPIN + 1],
+            row[i, SPIN + 2],
+            row[j, SPIN],
+            row[j, SPIN + 1],
+            row[j, SPIN + 2],
+            held[c, 1],
+            held[c, 2],
+            held[c, 3],
+            dt,
             parameters,
         )
         lost += slid
@@ -143,24 +113,18 @@ def contact_forces(grains, contacts, dt, parameters, spent):
         held[c, 1] = tx
         held[c, 2] = ty
         held[c, 3] = tz
-        fx = fn * nx + tx
-        fy = fn * ny + ty
-        fz = fn * nz + tz
         row[i, FORCE] -= fx
         row[i, FORCE + 1] -= fy
         row[i, FORCE + 2] -= fz
         row[j, FORCE] += fx
         row[j, FORCE + 1] += fy
         row[j, FORCE + 2] += fz
-        mx = ny * tz - nz * ty
-        my = nz * tx - nx * tz
-        mz = nx * ty - ny * tx
-        row[i, TORQUE] -= a1 * mx
-        row[i, TORQUE + 1] -= a1 * my
-        row[i, TORQUE + 2] -= a1 * mz
-        row[j, TORQUE] -= a2 * mx
-        row[j, TORQUE + 1] -= a2 * my
-        row[j, TORQUE + 2] -= a2 * mz
+        row[i, TORQUE] = fma(-a1, mx, row[i, TORQUE])
+        row[i, TORQUE + 1] = fma(-a1, my, row[i, TORQUE + 1])
+        row[i, TORQUE + 2] = fma(-a1, mz, row[i, TORQUE + 2])
+        row[j, TORQUE] = fma(-a2, mx, row[j, TORQUE])
+        row[j, TORQUE + 1] = fma(-a2, my, row[j, TORQUE + 1])
+        row[j, TORQUE + 2] = fma(-a2, mz, row[j, TORQUE + 2])
     spent[FRICTION] += lost
 
 
