@@ -373,7 +373,7 @@ def limit(cache: Path, repeats: Repeats, large: bool) -> None:
 
 def compare_answers(sample: rd.dem.Assembly, library: ctypes.CDLL) -> None:
     """How far the hand-written kernel is from `Lanes`, and `Lanes` from itself compiled for another width."""
-    rates = strain_rates(sample, WIDE, CHECKED_STRAIN / CHECKED_STEPS)
+    rates = strain_rates(sample, WIDTH, CHECKED_STRAIN / CHECKED_STEPS)
     pairs = {
         f"by hand - rendulic, {w} lanes": (Lanes(sample, rates[:w], w), Limit(sample, rates[:w], w, library))
         for w in widths(library)

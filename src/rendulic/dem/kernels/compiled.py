@@ -12,7 +12,7 @@ from types import FunctionType, ModuleType, SimpleNamespace
 
 import numba
 
-from rendulic.dem.kernels import arithmetic, arrays, lanes, mechanics, rows, step
+from rendulic.dem.kernels import arithmetic, arrays, lanes, mechanics, packs, rows, step
 from rendulic.dem.laws import ContactLaw
 
 __all__ = ["jit", "kernels_for", "lane_kernels_for"]
@@ -27,10 +27,13 @@ KERNELS = (
     "pair_force",
     "damped",
     "move_grains",
+    "energy_let_go",
+    "contact_pairs",
     "contact_forces",
     "wall_forces",
     "solve_3x3",
     "servo_rates",
+    "move_walls",
     "finish_step",
     "advance",
     "stiffness_sums",
@@ -78,6 +81,6 @@ def _kernels(source: ModuleType, kernels: tuple[str, ...], *law_functions: Calla
 
 
 def _digest(law_functions: tuple[Callable, ...]) -> str:
-    parts = (*law_functions, arithmetic, arrays, lanes, mechanics, rows, step, sys.modules[__name__])
+    parts = (*law_functions, arithmetic, arrays, lanes, mechanics, packs, rows, step, sys.modules[__name__])
     sources = "".join(inspect.getsource(part) for part in parts)
     return hashlib.sha256((sources + numba.__version__).encode()).hexdigest()[:12]

@@ -18,7 +18,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-__all__ = ["row_operations"]
+__all__ = ["all_lanes", "fused", "pointer", "row_operations"]
 
 CACHE_LINE = 8  # numbers
 
@@ -29,7 +29,7 @@ BETWEEN_ROWS: dict[str, tuple[Callable, Callable]] = {
     "subtract_row": (lambda builder, old, new: builder.fsub(old, new), np.subtract),
     "square_row": (lambda builder, _old, new: builder.fmul(new, new), lambda _old, new: new * new),
     "add_square_row": (
-        lambda builder, old, new: _fused(builder, new, new, old),
+        lambda builder, old, new: fused(builder, new, new, old),
         lambda old, new: old + new * new,
     ),
 }
@@ -105,19 +105,19 @@ def _plain(width: int, stacked: int) -> SimpleNamespace:
     )
 
 
-def _pointer(context, builder, kind, array, at, to: ir.Type):
+def pointer(context, builder, kind, array, at, to: ir.Type):
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [at]), to.as_pointer())
 
 
-def _all_lanes(builder, number, vector: ir.VectorType):
+def all_lanes(builder, number, vector: ir.VectorType):
     row = ir.Constant(vector, ir.Undefined)
     for lane in range(vector.count):
         row = builder.insert_element(row, number, ir.Constant(ir.IntType(32), lane))
     return row
 
 
-def _fused(builder, a, b, c):
+def fused(builder, a, b, c):
     kind = ir.FunctionType(a.type, [a.type] * 3)
     function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fma.v{a.type.count}f64")
     return builder.call(function, [a, b, c])
@@ -135,8 +135,8 @@ def _between_rows(width: int, operation: Callable):
         signature = types.void(to, types.int64, values, types.int64)
 
         def generate(context, builder, signature, arguments):
-            target = _pointer(context, builder, signature.args[0], arguments[0], arguments[1], vector)
-            source = _pointer(context, builder, signature.args[2], arguments[2], arguments[3], vector)
+            target = pointer(context, builder, signature.args[0], arguments[0], arguments[1], vector)
+            source = pointer(context, builder, signature.args[2], arguments[2], arguments[3], vector)
             new = operation(builder, builder.load(target, align=8), builder.load(source, align=8))
             builder.store(new, target, align=8)
             return context.get_dummy_value()
@@ -154,8 +154,8 @@ def _with_number(width: int, operation: Callable):
         signature = types.void(to, types.int64, types.float64)
 
         def generate(context, builder, signature, arguments):
-            target = _pointer(context, builder, signature.args[0], arguments[0], arguments[1], vector)
-            new = operation(builder, builder.load(target, align=8), _all_lanes(builder, arguments[2], vector))
+            target = pointer(context, builder, signature.args[0], arguments[0], arguments[1], vector)
+            new = operation(builder, builder.load(target, align=8), all_lanes(builder, arguments[2], vector))
             builder.store(new, target, align=8)
             return context.get_dummy_value()
 
@@ -172,8 +172,8 @@ def _any(width: int, compare: Callable):
         signature = types.boolean(values, types.int64, types.float64)
 
         def generate(context, builder, signature, arguments):
-            source = _pointer(context, builder, signature.args[0], arguments[0], arguments[1], vector)
-            lanes = compare(builder, builder.load(source, align=8), _all_lanes(builder, arguments[2], vector))
+            source = pointer(context, builder, signature.args[0], arguments[0], arguments[1], vector)
+            lanes = compare(builder, builder.load(source, align=8), all_lanes(builder, arguments[2], vector))
             bits = builder.bitcast(lanes, ir.IntType(width))
             return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
 
@@ -199,7 +199,7 @@ def _fetch(numbers: int):
             to_read, keep, data = ir.Constant(flag, 0), ir.Constant(flag, 3), ir.Constant(flag, 1)
             for line in range(0, numbers, CACHE_LINE):
                 at = builder.add(arguments[1], ir.Constant(arguments[1].type, line))
-                place = _pointer(context, builder, signature.args[0], arguments[0], at, byte)
+                place = pointer(context, builder, signature.args[0], arguments[0], at, byte)
                 builder.call(function, [place, to_read, keep, data])
             return context.get_dummy_value()
 
@@ -219,6 +219,7 @@ def _stack(numbers: int):
             builder.function.attributes.add("noinline")
             set.add(builder.function.attributes, '"prefer-vector-width"="512"')
             room = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), numbers))
+            room.align = 8 * CACHE_LINE
             array = context.make_array(signature.return_type)(context, builder)
             count, step = context.get_constant(types.intp, numbers), context.get_constant(types.intp, 8)
             context.populate_array(

@@ -15,116 +15,199 @@ from math import expm1, sqrt
 import numpy as np
 
 from rendulic.dem.kernels.arithmetic import dot, fma
-from rendulic.dem.kernels.arrays import FORCE, POSITION, RADIUS, SPIN, TORQUE, VELOCITY
+from rendulic.dem.kernels.arrays import COLUMNS, FORCE, POSITION, RADIUS, SPIN, TORQUE, VELOCITY
 from rendulic.dem.kernels.mechanics import damped, pair_force
+from rendulic.dem.kernels.packs import PACK, pack_operations
+from rendulic.dem.kernels.rows import row_operations
 from rendulic.dem.laws.linear_frictional import elastic_energy as law_elastic_energy
 from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_stiffness
 from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
 
 FRICTION, DAMPING, BOUNDARY = 0, 1, 2  # places in the array of energies spent
+BLOCK = 256  # grains or contacts whose losses are summed together
+AHEAD = 8  # contacts between fetching a second grain and its use
 SHEAR_RATIO = 0.42  # k_t / k_n up to which normal stiffness decides the time step
 
+# rows on the stack of a pack: first grain, second grain (10 each), history before (4) and now (4), what goes to
+# the grains (8), what friction took, the force of pairs that opened
+SECOND, HELD, NOW, PAIR, SLID, OPENED, STACKED = 10, 20, 24, 28, 36, 37, 38
+# and of a pack of moving grains: the whole row (16), where the list was built (3), mass and inertia, how far
+# it moved, squared, and what damping took
+ORIGIN, MASS, MOVED2, TAKEN = 16, 20, 22, 23
+_rows, _packs = row_operations(PACK, 2, STACKED), pack_operations()
+stack_block = row_operations(PACK, 0, BLOCK).stack_rows
+stack_rows, fetch, any_unequal, any_beyond = _rows.stack_rows, _rows.fetch, _rows.any_unequal, _rows.any_beyond
+gather_8, gather_4, gather_2 = _packs.gather_8, _packs.gather_4, _packs.gather_2
+scatter_8, scatter_4 = _packs.scatter_8, _packs.scatter_4
+stack_places, indexed_places = _packs.stack_places, _packs.indexed_places
+add_to_first, add_to_second = _packs.add_to_first, _packs.add_to_second
 
-def move_grains(grains, dt, damping, reference, reach, spent):
-    """Advance velocities and positions by `dt`; clear force and torque.
+
+def move_grains(grains, begin, end, dt, damping, reference, reach, lost):
+    """Advance velocities and positions of the grains `begin` to `end` by `dt`; clear force and torque.
+
+    What damping took goes to `lost` by blocks of grains: an order of summation that no thread changes.
 
     Returns whether every grain is still within `reach` of its `reference` position: False, also
     for a position that is not a number, means the neighbour list must be rebuilt before forces.
     """
     row, mass, inertia = grains.row, grains.mass, grains.inertia
+    stack, own, origin = stack_rows(), stack_places(), stack_places()
     reach2 = reach * reach
+    beyond = False
+    for block in range(begin // BLOCK, (end + BLOCK - 1) // BLOCK):
+        for lane in range(PACK):
+            stack[TAKEN * PACK + lane] = 0.0
+        last = min((block + 1) * BLOCK, end) - 1
+        for i in range(block * BLOCK, last + 1, PACK):
+            for k in range(PACK):
+                at = min(i + k, last)  # the last one fills up the last pack: it is moved, and stored, again
+                own[k], origin[k] = at * COLUMNS, at * 3
+                stack[MASS * PACK + k] = mass[np.uint64(at)]
+                stack[(MASS + 1) * PACK + k] = inertia[np.uint64(at)]
+            gather_8(stack, 0, row, own, 0)
+            gather_8(stack, 8 * PACK, row, own, 8)
+            gather_2(stack, ORIGIN * PACK, reference, origin, 0)
+            gather_2(stack, (ORIGIN + 1) * PACK, reference, origin, 1)
+            for lane in range(PACK):
+                of_force, of_torque = dt / stack[MASS * PACK + lane], dt / stack[(MASS + 1) * PACK + lane]
+                moved2, taken = 0.0, 0.0
+                for k in range(3):
+                    old, full = stack[(VELOCITY + k) * PACK + lane], stack[(FORCE + k) * PACK + lane]
+                    kept = damped(full, old, 0.5 * of_force, damping)
+                    new = fma(of_force, kept, old)
+                    taken += (full - kept) * (old + new)
+                    x = fma(dt, new, stack[(POSITION + k) * PACK + lane])
+                    stack[(POSITION + k) * PACK + lane] = x
+                    stack[(VELOCITY + k) * PACK + lane] = new
+                    moved2 += (x - stack[(ORIGIN + k) * PACK + lane]) ** 2
+                    old, full = stack[(SPIN + k) * PACK + lane], stack[(TORQUE + k) * PACK + lane]
+                    kept = damped(full, old, 0.5 * of_torque, damping)
+                    new = fma(of_torque, kept, old)
+                    taken += (full - kept) * (old + new)
+                    stack[(SPIN + k) * PACK + lane] = new
+                    stack[(FORCE + k) * PACK + lane] = 0.0
+                    stack[(TORQUE + k) * PACK + lane] = 0.0
+                stack[MOVED2 * PACK + lane] = moved2
+                stack[TAKEN * PACK + lane] += taken if i + lane <= last else 0.0
+            beyond |= any_beyond(stack, MOVED2 * PACK, reach2)
+            scatter_8(row, own, stack, 0, 0)
+            scatter_8(row, own, stack, 8 * PACK, 8)
+        total = 0.0
+        for lane in range(PACK):
+            total += stack[TAKEN * PACK + lane]
+        lost[block] = 0.5 * total * dt
+    return not beyond
+
+
+def contact_pairs(grains, contacts, begin, end, dt, parameters, pair):
+    """What the contacts `begin` to `end` exert at the present positions, and their new history, by packs.
+
+    `pair` (at least end - begin, 8) receives of each the two arms, the force on the second grain and the moment
+    of `mechanics.pair_force`; zeros for pairs that do not touch. Returns what friction took.
+    """
+    row, held = grains.row, contacts.force
+    first, second = contacts.first, contacts.second
+    stack, one, two, own, to = stack_rows(), stack_places(), stack_places(), stack_places(), stack_places()
     lost = 0.0
-    within = True
-    for i in range(row.shape[0]):
-        impulse, angular_impulse = dt / mass[i], dt / inertia[i]
-        moved2 = 0.0
-        for k in range(3):
-            old, full = row[i, VELOCITY + k], row[i, FORCE + k]
-            kept = damped(full, old, 0.5 * impulse, damping)
-            new = fma(impulse, kept, old)
-            lost += (full - kept) * (old + new)
-            row[i, VELOCITY + k] = new
-            x = fma(dt, new, row[i, POSITION + k])
-            row[i, POSITION + k] = x
-            moved2 += (x - reference[i, k]) ** 2
-            row[i, FORCE + k] = 0.0
-            old, full = row[i, SPIN + k], row[i, TORQUE + k]
-            kept = damped(full, old, 0.5 * angular_impulse, damping)
-            new = fma(angular_impulse, kept, old)
-            lost += (full - kept) * (old + new)
-            row[i, SPIN + k] = new
-            row[i, TORQUE + k] = 0.0
-        if not moved2 <= reach2:
-            within = False
-    spent[DAMPING] += 0.5 * lost * dt
-    return within
+    for c in range(begin, end, PACK):
+        if c + PACK <= end:
+            indexed_places(one, first, c, COLUMNS)
+            indexed_places(two, second, c, COLUMNS)
+            for k in range(PACK):
+                own[k], to[k] = (c + k) * 4, (c + k - begin) * 8
+        else:
+            for k in range(PACK):
+                at = min(c + k, end - 1)  # the last one fills up the last pack: it is computed, and stored, again
+                one[k], two[k] = np.int64(first[np.uint64(at)]) * COLUMNS, np.int64(second[np.uint64(at)]) * COLUMNS
+                own[k], to[k] = at * 4, (at - begin) * 8
+        if c + AHEAD + PACK <= first.shape[0]:
+            for k in range(PACK):
+                fetch(row, np.int64(second[np.uint64(c + AHEAD + k)]) * COLUMNS)
+        gather_8(stack, 0, row, one, 0)
+        gather_2(stack, 8 * PACK, row, one, 8)
+        gather_8(stack, SECOND * PACK, row, two, 0)
+        gather_2(stack, (SECOND + 8) * PACK, row, two, 8)
+        gather_4(stack, HELD * PACK, held, own, 0)
+        for lane in range(PACK):
+            r1, r2 = stack[RADIUS * PACK + lane], stack[(SECOND + RADIUS) * PACK + lane]
+            nx = stack[SECOND * PACK + lane] - stack[lane]
+            ny = stack[(SECOND + 1) * PACK + lane] - stack[PACK + lane]
+            nz = stack[(SECOND + 2) * PACK + lane] - stack[2 * PACK + lane]
+            distance2 = dot(nx, ny, nz, nx, ny, nz)
+            reach = r1 + r2
+            closed = distance2 < reach * reach
+            k_n, k_t = law_stiffness(r1, r2, parameters)
+            fn, tx, ty, tz, fx, fy, fz, mx, my, mz, a1, a2, slid = pair_force(
+                nx,
+                ny,
+                nz,
+                distance2,
+                r1,
+                r2,
+                k_n,
+                k_t,
+                stack[(SECOND + VELOCITY) * PACK + lane] - stack[VELOCITY * PACK + lane],
+                stack[(SECOND + VELOCITY + 1) * PACK + lane] - stack[(VELOCITY + 1) * PACK + lane],
+                stack[(SECOND + VELOCITY + 2) * PACK + lane] - stack[(VELOCITY + 2) * PACK + lane],
+                stack[SPIN * PACK + lane],
+                stack[(SPIN + 1) * PACK + lane],
+                stack[(SPIN + 2) * PACK + lane],
+                stack[(SECOND + SPIN) * PACK + lane],
+                stack[(SECOND + SPIN + 1) * PACK + lane],
+                stack[(SECOND + SPIN + 2) * PACK + lane],
+                stack[(HELD + 1) * PACK + lane],
+                stack[(HELD + 2) * PACK + lane],
+                stack[(HELD + 3) * PACK + lane],
+                dt,
+                parameters,
+            )
+            stack[PAIR * PACK + lane] = a1 if closed else 0.0
+            stack[(PAIR + 1) * PACK + lane] = a2 if closed else 0.0
+            stack[(PAIR + 2) * PACK + lane] = fx if closed else 0.0
+            stack[(PAIR + 3) * PACK + lane] = fy if closed else 0.0
+            stack[(PAIR + 4) * PACK + lane] = fz if closed else 0.0
+            stack[(PAIR + 5) * PACK + lane] = mx if closed else 0.0
+            stack[(PAIR + 6) * PACK + lane] = my if closed else 0.0
+            stack[(PAIR + 7) * PACK + lane] = mz if closed else 0.0
+            stack[NOW * PACK + lane] = fn if closed else 0.0
+            stack[(NOW + 1) * PACK + lane] = tx if closed else 0.0
+            stack[(NOW + 2) * PACK + lane] = ty if closed else 0.0
+            stack[(NOW + 3) * PACK + lane] = tz if closed else 0.0
+            stack[SLID * PACK + lane] = slid if closed else 0.0
+            stack[OPENED * PACK + lane] = 0.0 if closed else stack[HELD * PACK + lane]
+        if any_unequal(stack, OPENED * PACK, 0.0):
+            for lane in range(min(PACK, end - c)):
+                if stack[OPENED * PACK + lane] != 0.0:
+                    lost += energy_let_go(row, held, first, second, c + lane, parameters)
+        scatter_8(pair, to, stack, PAIR * PACK, 0)
+        scatter_4(held, own, stack, NOW * PACK, 0)
+        if any_unequal(stack, SLID * PACK, 0.0):
+            for lane in range(min(PACK, end - c)):
+                lost += stack[SLID * PACK + lane]
+    return lost
+
+
+def energy_let_go(row, held, first, second, c, parameters):
+    """Elastic energy of the tangential spring of a contact that opens."""
+    k_n, k_t = law_stiffness(row[first[c], RADIUS], row[second[c], RADIUS], parameters)
+    tangential = sqrt(held[c, 1] ** 2 + held[c, 2] ** 2 + held[c, 3] ** 2)
+    return law_elastic_energy(0.0, tangential, k_n, k_t)
 
 
 def contact_forces(grains, contacts, dt, parameters, spent):
     """Add the grain-grain contact forces at the present positions; update the contacts' history."""
     row = grains.row
-    first, second, held = contacts.first, contacts.second, contacts.force
+    first, second = contacts.first, contacts.second
+    pair = stack_block().reshape((BLOCK, 8))
     lost = 0.0
-    for c in range(first.shape[0]):
-        i, j = np.uint64(first[c]), np.uint64(second[c])  # unsigned: no test for negative indices
-        nx = row[j, POSITION] - row[i, POSITION]
-        ny = row[j, POSITION + 1] - row[i, POSITION + 1]
-        nz = row[j, POSITION + 2] - row[i, POSITION + 2]
-        r1, r2 = row[i, RADIUS], row[j, RADIUS]
-        reach = r1 + r2
-        distance2 = dot(nx, ny, nz, nx, ny, nz)
-        if distance2 >= reach * reach:
-            if held[c, 0] != 0.0:
-                k_n, k_t = law_stiffness(r1, r2, parameters)
-                tangential = sqrt(held[c, 1] ** 2 + held[c, 2] ** 2 + held[c, 3] ** 2)
-                lost += law_elastic_energy(0.0, tangential, k_n, k_t)
-                held[c, 0] = 0.0
-                held[c, 1] = 0.0
-                held[c, 2] = 0.0
-                held[c, 3] = 0.0
-            continue
-        k_n, k_t = law_stiffness(r1, r2, parameters)
-        fn, tx, ty, tz, fx, fy, fz, mx, my, mz, a1, a2, slid = pair_force(
-            nx,
-            ny,
-            nz,
-            distance2,
-            r1,
-            r2,
-            k_n,
-            k_t,
-            row[j, VELOCITY] - row[i, VELOCITY],
-            row[j, VELOCITY + 1] - row[i, VELOCITY + 1],
-            row[j, VELOCITY + 2] - row[i, VELOCITY + 2],
-            row[i, SPIN],
-            row[i, SPIN + 1],
-            row[i, SPIN + 2],
-            row[j, SPIN],
-            row[j, SPIN + 1],
-            row[j, SPIN + 2],
-            held[c, 1],
-            held[c, 2],
-            held[c, 3],
-            dt,
-            parameters,
-        )
-        lost += slid
-        held[c, 0] = fn
-        held[c, 1] = tx
-        held[c, 2] = ty
-        held[c, 3] = tz
-        row[i, FORCE] -= fx
-        row[i, FORCE + 1] -= fy
-        row[i, FORCE + 2] -= fz
-        row[j, FORCE] += fx
-        row[j, FORCE + 1] += fy
-        row[j, FORCE + 2] += fz
-        row[i, TORQUE] = fma(-a1, mx, row[i, TORQUE])
-        row[i, TORQUE + 1] = fma(-a1, my, row[i, TORQUE + 1])
-        row[i, TORQUE + 2] = fma(-a1, mz, row[i, TORQUE + 2])
-        row[j, TORQUE] = fma(-a2, mx, row[j, TORQUE])
-        row[j, TORQUE + 1] = fma(-a2, my, row[j, TORQUE + 1])
-        row[j, TORQUE + 2] = fma(-a2, mz, row[j, TORQUE + 2])
+    for begin in range(0, first.shape[0], BLOCK):
+        end = min(begin + BLOCK, first.shape[0])
+        lost += contact_pairs(grains, contacts, begin, end, dt, parameters, pair)
+        for c in range(begin, end):
+            i, j = np.int64(first[np.uint64(c)]), np.int64(second[np.uint64(c)])
+            add_to_first(row, i * COLUMNS + 8, pair, (c - begin) * 8)
+            add_to_second(row, j * COLUMNS + 8, pair, (c - begin) * 8)
     spent[FRICTION] += lost
 
 
@@ -218,6 +301,26 @@ def servo_rates(walls, drive, dt, matrix, right, rates):
         )
 
 
+def move_walls(walls, drive, dt, reference, reach, spent, scratch):
+    """Move the walls as driven, with the first half of their work; whether all stay within `reach`."""
+    matrix, right, rates = scratch[:3], scratch[3], scratch[4]
+    servo_rates(walls, drive, dt, matrix, right, rates)
+    within = True
+    for axis in range(3):
+        low, high = 2 * axis, 2 * axis + 1
+        length = walls.position[high] - walls.position[low]
+        inward = -0.5 * length * expm1(-rates[axis] * dt)
+        walls.position[low] += inward
+        walls.position[high] -= inward
+        spent[BOUNDARY] += 0.5 * inward * (walls.force[low] + walls.force[high])
+        scratch[5, axis] = inward
+        if not (
+            abs(walls.position[low] - reference[low]) <= reach and abs(walls.position[high] - reference[high]) <= reach
+        ):
+            within = False
+    return within
+
+
 def advance(
     n_steps,
     grains,
@@ -244,23 +347,13 @@ def advance(
         False when the neighbour list must be rebuilt: grains and walls of the next step have moved
         but its forces are not computed yet (`finish_step` does that after the rebuild).
     """
-    matrix, right, rates = scratch[:3], scratch[3], scratch[4]
+    n, lost = grains.row.shape[0], np.zeros((grains.row.shape[0] + BLOCK - 1) // BLOCK)
     for step in range(n_steps):
-        within = move_grains(grains, dt, damping, reference, reach, spent)
-        servo_rates(walls, drive, dt, matrix, right, rates)
-        for axis in range(3):
-            low, high = 2 * axis, 2 * axis + 1
-            length = walls.position[high] - walls.position[low]
-            inward = -0.5 * length * expm1(-rates[axis] * dt)
-            walls.position[low] += inward
-            walls.position[high] -= inward
-            spent[BOUNDARY] += 0.5 * inward * (walls.force[low] + walls.force[high])
-            scratch[5, axis] = inward
-            if not (
-                abs(walls.position[low] - wall_reference[low]) <= reach
-                and abs(walls.position[high] - wall_reference[high]) <= reach
-            ):
-                within = False
+        within = move_grains(grains, 0, n, dt, damping, reference, reach, lost)
+        for block in range(lost.shape[0]):
+            spent[DAMPING] += lost[block]
+        if not move_walls(walls, drive, dt, wall_reference, reach, spent, scratch):
+            within = False
         if not within:
             return step, False
         finish_step(grains, contacts, walls, wall_contacts, dt, parameters, spent, scratch)
