@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
+from rendulic.dem.kernels.arrays import FRICTION
 from rendulic.dem.kernels.compiled import kernels_for
-from rendulic.dem.kernels.step import FRICTION
 
 BOX = [0.0, 1.0] * 3
 K = 1e8

@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 
 import naive
 import rendulic as rd
+from rendulic.dem.kernels.arrays import BOUNDARY
 from rendulic.dem.kernels.compiled import kernels_for
-from rendulic.dem.kernels.step import BOUNDARY
 
 MODULUS, RATIO = 3e7, 0.42
 

@@ -31,7 +31,7 @@ def reproduce(
     ),
     seed: Annotated[int | None, typer.Option(help="Another packing of the same recipe.")] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Threads of the probes; one per core if not given.")
+        int | None, typer.Option(min=1, help="Threads; one per core if not given. Results do not depend on it.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the table.")] = False,
 ) -> None:
@@ -41,6 +41,7 @@ def reproduce(
 
     Example: rendulic reproduce fig6 fig7 fig9 fig10 -o model
     """
+    from rendulic.dem import use_threads
     from rendulic.errors import one_of
     from rendulic.study import reproduce as grains
     from rendulic.study import reproduce_model as model
@@ -51,6 +52,7 @@ def reproduce(
     of_model = [name for name in wanted if name in model.FIGURES] or ([] if wanted else list(model.FIGURES))
     changes = {} if seed is None else {"specimen": {"seed": seed}}
     study = load_preset(preset, **changes)
+    use_threads(workers)
     console = Console()
     files: dict[str, list[Path]] = {}
     with stages(quiet) as stage:

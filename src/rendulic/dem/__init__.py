@@ -6,6 +6,7 @@ from rendulic.dem.growth import pack
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.quasi_static import QuasiStatic
 from rendulic.dem.rest import Rest, bring_to_rest
+from rendulic.dem.team import use_threads
 
 __all__ = [
     "Assembly",
@@ -16,4 +17,5 @@ __all__ = [
     "Rest",
     "bring_to_rest",
     "pack",
+    "use_threads",
 ]

@@ -10,12 +10,12 @@ from rendulic.checks import finite_array, positive_number
 from rendulic.dem import equilibrium, loading, saving
 from rendulic.dem.energy import energies, kinetic_energy
 from rendulic.dem.grains import make_grains, morton_order, sphere_masses
-from rendulic.dem.kernels.arrays import Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
+from rendulic.dem.kernels.arrays import DAMPING, Contacts, Drive, Grains, Team, WallContacts, Walls, aligned_rows
 from rendulic.dem.kernels.compiled import kernels_for
-from rendulic.dem.kernels.step import DAMPING
 from rendulic.dem.lanes import probe_in_lanes
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.neighbours import find_contacts
+from rendulic.dem.team import in_ranks, team_for, threads_for
 from rendulic.dem.time_step import critical_time_step
 from rendulic.errors import InvalidInput, UnstableTimeStep
 from rendulic.snapshot import Snapshot
@@ -63,6 +63,8 @@ class Assembly:
     Axis 1 is the axial direction of the triaxial test. Strains are logarithmic, compression
     positive, counted from the walls at construction (`reset_strain` makes the present the origin).
     """
+
+    _team_for: tuple[Contacts, int, Team] | None = None  # the list that threads were last prepared for
 
     def __init__(
         self,
@@ -230,16 +232,20 @@ class Assembly:
         UnstableTimeStep
             If the motion diverges.
         """
-        kernels = kernels_for(self.law)
+        kernels, threads = kernels_for(self.law), threads_for(len(self))
         damping = self.damping if damping is None else damping
         parameters, dt = self.law.parameters, self.time_step
         left = n_steps
         while left > 0:
             reach = 0.5 * self.margin - self.growth_since_build
-            done, complete = kernels.advance(
-                left, self.grains, self.contacts, self.walls, self.wall_contacts, drive, dt, damping, parameters,
+            moved = (
+                self.grains, self.contacts, self.walls, self.wall_contacts, drive, dt, damping, parameters,
                 self.list_origin, self.list_wall_origin, reach, self.spent, self._scratch,
             )  # fmt: skip
+            if threads == 1:
+                done, complete = kernels.advance(left, *moved)
+            else:
+                done, complete = in_ranks(kernels.advance_team, threads, self._team(threads), left, *moved)
             self.steps_since_build += done
             left -= done
             if not complete:
@@ -250,6 +256,11 @@ class Assembly:
                 left -= 1
         self.n_steps += n_steps
         self.time += n_steps * dt
+
+    def _team(self, threads: int) -> Team:
+        if self._team_for is None or self._team_for[0] is not self.contacts or self._team_for[1] != threads:
+            self._team_for = self.contacts, threads, team_for(self, threads)
+        return self._team_for[2]
 
     def tighten_list(self) -> None:
         """Rebuild the neighbour list with a narrow margin, for small motions; it widens again if need be."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rendulic.dem.kernels.arrays import BOUNDARY, DAMPING, FRICTION
 from rendulic.dem.kernels.compiled import kernels_for
-from rendulic.dem.kernels.step import BOUNDARY, DAMPING, FRICTION
 
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly

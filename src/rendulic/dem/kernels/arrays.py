@@ -6,11 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Contacts", "Drive", "Grains", "WallContacts", "Walls", "aligned", "aligned_rows"]
+__all__ = ["Contacts", "Drive", "Grains", "Team", "WallContacts", "Walls", "aligned", "aligned_rows"]
 
 
 # columns of `Grains.row`
 POSITION, RADIUS, VELOCITY, SPIN, FORCE, TORQUE, COLUMNS = 0, 3, 4, 7, 10, 13, 16
+FRICTION, DAMPING, BOUNDARY = 0, 1, 2  # places in the array of energies spent
+BLOCK = 128  # grains or contacts whose losses are summed together, whatever the number of threads
 
 
 class Grains(NamedTuple):
@@ -111,3 +113,21 @@ class Drive(NamedTuple):
     target: np.ndarray  # (3,) stress of the stress-controlled components at the end of the step, Pa
     target_rate: np.ndarray  # (3,) its change, Pa/s
     rate_cap: np.ndarray  # (1,) largest strain rate the servo may use, 1/s
+
+
+class Team(NamedTuple):
+    """What the threads of `kernels/team.py` share beside the assembly's own arrays."""
+
+    grains: np.ndarray  # (ranks + 1,) int64, where the grains of a rank begin
+    own: np.ndarray  # (ranks + 1,) int64, where the contacts begin whose first grain is the rank's
+    computed: np.ndarray  # (ranks + 1,) int64, where the contacts begin that a rank computes
+    crossing: np.ndarray  # int32, contacts whose second grain alone is the rank's, and
+    crossing_start: np.ndarray  # (ranks + 1,) int64, where they begin
+    at_walls: np.ndarray  # int32, wall contacts of the rank's grains, and
+    wall_start: np.ndarray  # (ranks + 1,) int64, where they begin
+    pair: np.ndarray  # (contacts, 8), see `contact_pairs`
+    wall_stiffness: np.ndarray  # (wall contacts,)
+    friction: np.ndarray  # (blocks of contacts,) what friction took in this step
+    damping: np.ndarray  # (blocks of grains,) what damping took in this step
+    within: np.ndarray  # (8 ranks,) bool, whether a rank's grains are where the list holds; a cache line each
+    arrived: np.ndarray  # (1,) int64, arrivals at the barrier

@@ -12,7 +12,7 @@ from types import FunctionType, ModuleType, SimpleNamespace
 
 import numba
 
-from rendulic.dem.kernels import arithmetic, arrays, lanes, mechanics, packs, rows, step
+from rendulic.dem.kernels import arithmetic, arrays, contacts, lanes, mechanics, packs, rows, step, sums, team, walls
 from rendulic.dem.laws import ContactLaw
 
 __all__ = ["jit", "kernels_for", "lane_kernels_for"]
@@ -23,36 +23,33 @@ jit = numba.njit(cache=True, **OPTIONS)
 
 INLINED = ("damped", "pair_force")  # into every loop: left to itself, the compiler makes calls of them
 LAW_NAMES = ("law_stiffness", "law_wall_stiffness", "law_contact_force", "law_elastic_energy")
+# where kernels are found; later names hide earlier ones
+STEP = (mechanics, contacts, walls, step, team, sums)
 KERNELS = (
-    "pair_force",
-    "damped",
-    "move_grains",
-    "energy_let_go",
-    "contact_pairs",
-    "contact_forces",
-    "wall_forces",
-    "solve_3x3",
-    "servo_rates",
-    "move_walls",
-    "finish_step",
-    "advance",
-    "stiffness_sums",
-    "stored_energy",
-)
+    "pair_force", "damped", "move_grains", "energy_let_go", "contact_pairs", "contact_forces", "press_walls",
+    "push_from_wall", "sum_walls", "wall_forces", "solve_3x3", "servo_rates", "move_walls", "finish_step", "advance",
+    "sum_forces", "finish_team", "advance_team", "stiffness_sums", "stored_energy",
+)  # fmt: skip
 LANE_KERNELS = ("pair_force", "damped", "move_lanes", "contact_lanes", "wall_lanes", "finish_lanes", "advance_lanes")
 
 
 def kernels_for(law: ContactLaw) -> SimpleNamespace:
     """Return `advance`, `finish_step`, `move_grains`, ... compiled with the functions of `law`."""
     with _lock:
-        return _kernels(step, KERNELS, law.stiffness, law.wall_stiffness, law.contact_force, law.elastic_energy)
+        return _kernels(STEP, KERNELS, law.stiffness, law.wall_stiffness, law.contact_force, law.elastic_energy)
 
 
 def lane_kernels_for(law: ContactLaw, width: int) -> SimpleNamespace:
     """Return `advance_lanes` and `finish_lanes` for so many lanes, compiled with the functions of `law`."""
     with _lock:
         return _kernels(
-            lanes, LANE_KERNELS, law.stiffness, law.wall_stiffness, law.contact_force, law.elastic_energy, width=width
+            (mechanics, lanes),
+            LANE_KERNELS,
+            law.stiffness,
+            law.wall_stiffness,
+            law.contact_force,
+            law.elastic_energy,
+            width=width,
         )
 
 
@@ -60,27 +57,29 @@ _lock = Lock()
 
 
 @cache
-def _kernels(source: ModuleType, kernels: tuple[str, ...], *law_functions: Callable, width: int = 0) -> SimpleNamespace:
+def _kernels(
+    sources: tuple[ModuleType, ...], kernels: tuple[str, ...], *law_functions: Callable, width: int = 0
+) -> SimpleNamespace:
     # a user's function may use numbers from around it, which its source does not show: it is compiled
     # anew in each process. rendulic's own go to disk under a name that changes with any source.
     own = all(getattr(f, "__module__", "").startswith("rendulic.") for f in law_functions)
     compiler = numba.njit(cache=own, **OPTIONS)
     digest = f"{_digest(law_functions)}_{width}" if own else "user"
-    names = vars(mechanics) | vars(source)
+    names = {name: thing for source in sources for name, thing in vars(source).items()}
     if width:
         names |= {"WIDTH": width, **vars(rows.row_operations(width, lanes.ORIGIN, lanes.STACKED))}
     for name, function in zip(LAW_NAMES, law_functions, strict=True):
         names[name] = function if hasattr(function, "py_func") else compiler(function)
     for name in kernels:
-        plain = getattr(source, name)
+        plain = names[name]
         clone = FunctionType(plain.__code__, names, name, plain.__defaults__)
         clone.__qualname__ = f"{name}_{digest}"
-        clone.__module__ = source.__name__
+        clone.__module__ = plain.__module__
         names[name] = numba.njit(cache=own, forceinline=name in INLINED, **OPTIONS)(clone)
     return SimpleNamespace(**{name: names[name] for name in kernels})
 
 
 def _digest(law_functions: tuple[Callable, ...]) -> str:
-    parts = (*law_functions, arithmetic, arrays, lanes, mechanics, packs, rows, step, sys.modules[__name__])
+    parts = (*law_functions, arithmetic, arrays, *STEP, lanes, packs, rows, sys.modules[__name__])
     sources = "".join(inspect.getsource(part) for part in parts)
     return hashlib.sha256((sources + numba.__version__).encode()).hexdigest()[:12]
