@@ -106,6 +106,7 @@ def main() -> None:
     options.cache.mkdir(parents=True, exist_ok=True)
     print(f"rendulic {rd.__version__}, Python {sys.version.split()[0]}, {processor()}, {os.cpu_count()} cores,")
     print(f"load of the machine at the start: {os.getloadavg()[0]:.1f} (this benchmark alone makes it 1)")
+    rd.dem.use_threads(1)
     repeats = Repeats(5, 100) if options.quick else Repeats(5, 500)
     for name, section in SECTIONS.items():
         if options.only in (None, name):
@@ -510,7 +511,7 @@ def threads(cache: Path, repeats: Repeats, large: bool) -> None:
             one.advance(repeats.n_steps if repeat else WARM_UP, drives[count])
             if repeat:
                 taken[count].append(time.perf_counter() - start)
-    rd.dem.use_threads(None)
+    rd.dem.use_threads(1)
     grain_steps, rows = len(samples[1]) * repeats.n_steps, []
     for count, times in taken.items():
         speedup = median(one / own for one, own in zip(taken[1], times, strict=True))

@@ -10,12 +10,12 @@ from rendulic.checks import finite_array, positive_number
 from rendulic.dem import equilibrium, loading, saving
 from rendulic.dem.energy import energies, kinetic_energy
 from rendulic.dem.grains import make_grains, morton_order, sphere_masses
-from rendulic.dem.kernels.arrays import DAMPING, Contacts, Drive, Grains, Team, WallContacts, Walls, aligned_rows
+from rendulic.dem.kernels.arrays import DAMPING, Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
 from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.lanes import probe_in_lanes
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.neighbours import find_contacts
-from rendulic.dem.team import in_ranks, team_for, threads_for
+from rendulic.dem.team import Prepared, in_ranks, prepared, threads_for
 from rendulic.dem.time_step import critical_time_step
 from rendulic.errors import InvalidInput, UnstableTimeStep
 from rendulic.snapshot import Snapshot
@@ -64,7 +64,7 @@ class Assembly:
     positive, counted from the walls at construction (`reset_strain` makes the present the origin).
     """
 
-    _team_for: tuple[Contacts, int, Team] | None = None  # the list that threads were last prepared for
+    _prepared: Prepared | None = None  # for several threads
 
     def __init__(
         self,
@@ -245,7 +245,7 @@ class Assembly:
             if threads == 1:
                 done, complete = kernels.advance(left, *moved)
             else:
-                done, complete = in_ranks(kernels.advance_team, threads, self._team(threads), left, *moved)
+                done, complete = in_ranks(kernels.advance_team, self._ready_for(threads), left, *moved)
             self.steps_since_build += done
             left -= done
             if not complete:
@@ -257,10 +257,10 @@ class Assembly:
         self.n_steps += n_steps
         self.time += n_steps * dt
 
-    def _team(self, threads: int) -> Team:
-        if self._team_for is None or self._team_for[0] is not self.contacts or self._team_for[1] != threads:
-            self._team_for = self.contacts, threads, team_for(self, threads)
-        return self._team_for[2]
+    def _ready_for(self, threads: int) -> Prepared:
+        if self._prepared is None or not self._prepared.is_for(self.contacts, threads):
+            self._prepared = prepared(self, threads)
+        return self._prepared
 
     def tighten_list(self) -> None:
         """Rebuild the neighbour list with a narrow margin, for small motions; it widens again if need be."""

@@ -6,17 +6,17 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from rendulic.checks import whole_number
-from rendulic.dem.kernels.arrays import BLOCK, Team, aligned
+from rendulic.dem.kernels.arrays import BLOCK, Contacts, Team
 
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly
 
-__all__ = ["team_for", "threads_for", "use_threads"]
+__all__ = ["Prepared", "in_ranks", "prepared", "threads_for", "use_threads"]
 
 GRAINS_PER_THREAD = 2000  # fewer spend their time waiting for each other
 _asked: int | None = None
@@ -49,55 +49,68 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def team_for(assembly: Assembly, n_threads: int) -> Team:
-    """What so many threads share while they step an assembly with its present lists of contacts."""
+class Prepared(NamedTuple):
+    """What threads were prepared for, and with."""
+
+    contacts: Contacts
+    n_threads: int
+    team: Team
+    crossing: tuple[Contacts, ...]  # of each rank: other ranks' contacts with its grains, before its own and after
+    places: tuple[np.ndarray, ...]  # where these are in `contacts`
+
+    def is_for(self, contacts: Contacts, n_threads: int) -> bool:
+        return self.contacts is contacts and self.n_threads == n_threads
+
+
+def prepared(assembly: Assembly, n_threads: int) -> Prepared:
+    """Share out an assembly's grains and contacts, as its lists are now."""
     n, contacts, wall_contacts = len(assembly), assembly.contacts, assembly.wall_contacts
-    n_contacts = len(contacts.first)
-    # whole blocks, even in grains and contacts; a rank computes nearly the contacts that it adds to its grains
-    grains_and_contacts = np.arange(n + 1) + np.searchsorted(contacts.first, np.arange(n + 1))
-    even = np.searchsorted(grains_and_contacts, np.linspace(0, grains_and_contacts[-1], n_threads + 1))
+    # whole blocks, even in grains and contacts
+    work = np.arange(n + 1) + np.searchsorted(contacts.first, np.arange(n + 1))
+    even = np.searchsorted(work, np.linspace(0, work[-1], n_threads + 1))
     bounds = np.minimum(np.rint(even / BLOCK).astype(np.int64) * BLOCK, n)
     bounds[-1] = n
-    own = np.searchsorted(contacts.first, bounds)
-    computed = np.minimum(np.rint(own / BLOCK).astype(np.int64) * BLOCK, n_contacts)
-    computed[-1] = n_contacts
-    rank_of_first = np.searchsorted(bounds, contacts.first, side="right") - 1
-    rank_of_second = np.searchsorted(bounds, contacts.second, side="right") - 1
-    crossing = np.flatnonzero(rank_of_first != rank_of_second)
-    crossing, crossing_start = _by_rank(crossing, rank_of_second[crossing], n_threads)
-    at_walls = np.arange(len(wall_contacts.grain))
-    at_walls, wall_start = _by_rank(at_walls, np.searchsorted(bounds, wall_contacts.grain, side="right") - 1, n_threads)
-    return Team(
+    computed = np.rint(np.searchsorted(contacts.first, bounds) / BLOCK).astype(np.int64) * BLOCK
+    computed = np.minimum(computed, len(contacts.first))
+    computed[-1] = len(contacts.first)
+    places = []
+    for rank in range(n_threads):
+        low, high = bounds[rank], bounds[rank + 1]
+        of_rank = ((contacts.first >= low) & (contacts.first < high)) | (
+            (contacts.second >= low) & (contacts.second < high)
+        )
+        places.append(np.flatnonzero(of_rank[: computed[rank]]))
+        places.append(computed[rank + 1] + np.flatnonzero(of_rank[computed[rank + 1] :]))
+    rank_of_wall_contact = np.searchsorted(bounds, wall_contacts.grain, side="right") - 1
+    at_walls = np.argsort(rank_of_wall_contact, kind="stable")
+    n_blocks = -(-len(contacts.first) // BLOCK)
+    team = Team(
         grains=bounds,
-        own=own,
-        computed=computed,
-        crossing=crossing,
-        crossing_start=crossing_start,
+        contacts=computed,
         at_walls=at_walls,
-        wall_start=wall_start,
-        pair=aligned(8 * n_contacts).reshape(n_contacts, 8),
+        wall_start=np.searchsorted(rank_of_wall_contact[at_walls], np.arange(n_threads + 1)),
         wall_stiffness=np.zeros(len(wall_contacts.grain)),
-        friction=np.zeros(-(-n_contacts // BLOCK)),
+        again=np.zeros((n_threads, n_blocks)),
+        friction=np.zeros(n_blocks),
         damping=np.zeros(-(-n // BLOCK)),
         within=np.zeros(8 * n_threads, np.bool_),
         arrived=np.zeros(1, np.int64),
     )
+    crossing = tuple(Contacts(contacts.first[at], contacts.second[at], contacts.force[at]) for at in places)
+    return Prepared(contacts, n_threads, team, crossing, tuple(places))
 
 
-def _by_rank(what: np.ndarray, rank: np.ndarray, n_ranks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Sorted by rank, otherwise in order, and where each rank begins."""
-    order = np.argsort(rank, kind="stable")
-    return what[order].astype(np.int32), np.searchsorted(rank[order], np.arange(n_ranks + 1))
-
-
-def in_ranks(kernel: Callable[..., Any], n_threads: int, team: Team, *arguments):
-    """Run `kernel(rank, n_threads, ...)` in all ranks at once; what rank 0 returned."""
+def in_ranks(kernel: Callable[..., Any], ready: Prepared, *arguments):
+    """Run `kernel(rank, n_threads, ..., team, crossing)` in all ranks at once; what rank 0 returned."""
     global _pool
-    if _pool is None or _pool._max_workers < n_threads - 1:
-        _pool = ThreadPoolExecutor(n_threads - 1, thread_name_prefix="rendulic")
+    n, team, crossing = ready.n_threads, ready.team, ready.crossing
+    if _pool is None or _pool._max_workers < n - 1:
+        _pool = ThreadPoolExecutor(n - 1, thread_name_prefix="rendulic")
+    for own, places in zip(crossing, ready.places, strict=True):
+        own.force[:] = ready.contacts.force[places]
     team.arrived[0] = 0
-    others = [_pool.submit(kernel, rank, n_threads, *arguments, team) for rank in range(1, n_threads)]
-    result = kernel(0, n_threads, *arguments, team)
+    others = [_pool.submit(kernel, rank, n, *arguments, team, crossing) for rank in range(1, n)]
+    result = kernel(0, n, *arguments, team, crossing)
     for other in others:
         other.result()
     return result

@@ -119,13 +119,10 @@ class Team(NamedTuple):
     """What the threads of `kernels/team.py` share beside the assembly's own arrays."""
 
     grains: np.ndarray  # (ranks + 1,) int64, where the grains of a rank begin
-    own: np.ndarray  # (ranks + 1,) int64, where the contacts begin whose first grain is the rank's
-    computed: np.ndarray  # (ranks + 1,) int64, where the contacts begin that a rank computes
-    crossing: np.ndarray  # int32, contacts whose second grain alone is the rank's, and
-    crossing_start: np.ndarray  # (ranks + 1,) int64, where they begin
+    contacts: np.ndarray  # (ranks + 1,) int64, where the contacts of a rank begin
+    again: np.ndarray  # (ranks, blocks), losses in contacts that are also another rank's: counted there
     at_walls: np.ndarray  # int32, wall contacts of the rank's grains, and
     wall_start: np.ndarray  # (ranks + 1,) int64, where they begin
-    pair: np.ndarray  # (contacts, 8), see `contact_pairs`
     wall_stiffness: np.ndarray  # (wall contacts,)
     friction: np.ndarray  # (blocks of contacts,) what friction took in this step
     damping: np.ndarray  # (blocks of grains,) what damping took in this step

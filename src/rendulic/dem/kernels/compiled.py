@@ -9,6 +9,7 @@ from collections.abc import Callable
 from functools import cache
 from threading import Lock
 from types import FunctionType, ModuleType, SimpleNamespace
+from typing import Any
 
 import numba
 
@@ -26,9 +27,9 @@ LAW_NAMES = ("law_stiffness", "law_wall_stiffness", "law_contact_force", "law_el
 # where kernels are found; later names hide earlier ones
 STEP = (mechanics, contacts, walls, step, team, sums)
 KERNELS = (
-    "pair_force", "damped", "move_grains", "energy_let_go", "contact_pairs", "contact_forces", "press_walls",
+    "pair_force", "damped", "move_grains", "energy_let_go", "contact_pairs", "contact_forces",  "forces_on", "total", "press_walls",
     "push_from_wall", "sum_walls", "wall_forces", "solve_3x3", "servo_rates", "move_walls", "finish_step", "advance",
-    "sum_forces", "finish_team", "advance_team", "stiffness_sums", "stored_energy",
+    "finish_team", "advance_team", "stiffness_sums", "stored_energy",
 )  # fmt: skip
 LANE_KERNELS = ("pair_force", "damped", "move_lanes", "contact_lanes", "wall_lanes", "finish_lanes", "advance_lanes")
 
@@ -63,19 +64,20 @@ def _kernels(
     # a user's function may use numbers from around it, which its source does not show: it is compiled
     # anew in each process. rendulic's own go to disk under a name that changes with any source.
     own = all(getattr(f, "__module__", "").startswith("rendulic.") for f in law_functions)
-    compiler = numba.njit(cache=own, **OPTIONS)
     digest = f"{_digest(law_functions)}_{width}" if own else "user"
+
+    def compiled(plain: FunctionType, around: dict[str, Any]) -> Callable:
+        clone = FunctionType(plain.__code__, around, plain.__name__, plain.__defaults__, plain.__closure__)
+        clone.__qualname__, clone.__module__ = f"{plain.__name__}_{digest}", plain.__module__
+        return numba.njit(cache=own, forceinline=plain.__name__ in INLINED, **OPTIONS)(clone)
+
     names = {name: thing for source in sources for name, thing in vars(source).items()}
     if width:
         names |= {"WIDTH": width, **vars(rows.row_operations(width, lanes.ORIGIN, lanes.STACKED))}
     for name, function in zip(LAW_NAMES, law_functions, strict=True):
-        names[name] = function if hasattr(function, "py_func") else compiler(function)
+        names[name] = function if hasattr(function, "py_func") else compiled(function, function.__globals__)
     for name in kernels:
-        plain = names[name]
-        clone = FunctionType(plain.__code__, names, name, plain.__defaults__)
-        clone.__qualname__ = f"{name}_{digest}"
-        clone.__module__ = plain.__module__
-        names[name] = numba.njit(cache=own, forceinline=name in INLINED, **OPTIONS)(clone)
+        names[name] = compiled(names[name], names)
     return SimpleNamespace(**{name: names[name] for name in kernels})
 
 

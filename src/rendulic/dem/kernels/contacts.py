@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 
 from rendulic.dem.kernels.arithmetic import dot
-from rendulic.dem.kernels.arrays import BLOCK, COLUMNS, FRICTION, RADIUS, SPIN, VELOCITY
+from rendulic.dem.kernels.arrays import BLOCK, COLUMNS, FORCE, FRICTION, RADIUS, SPIN, VELOCITY
 from rendulic.dem.kernels.mechanics import pair_force
 from rendulic.dem.kernels.packs import PACK, pack_operations
 from rendulic.dem.kernels.rows import row_operations
@@ -128,15 +128,34 @@ def energy_let_go(row, held, first, second, c, parameters):
 
 def contact_forces(grains, contacts, dt, parameters, spent):
     """Add the grain-grain contact forces at the present positions; update the contacts' history."""
-    row = grains.row
-    first, second = contacts.first, contacts.second
+    n = contacts.first.shape[0]
+    lost = np.empty((n + BLOCK - 1) // BLOCK)
+    forces_on(grains, 0, grains.row.shape[0], contacts, 0, n, dt, parameters, lost)
+    spent[FRICTION] += total(lost)
+
+
+def forces_on(grains, first_grain, last_grain, contacts, begin, end, dt, parameters, lost):
+    """Add the forces of the contacts `begin` to `end` to those of their grains that lie in a range.
+
+    `begin` is a multiple of `BLOCK`; `lost` receives what friction took, by blocks of contacts: an order of summation
+    that no thread changes.
+    """
+    row, first, second = grains.row, contacts.first, contacts.second
     pair = stack_block().reshape((BLOCK, 8))
-    lost = 0.0
-    for begin in range(0, first.shape[0], BLOCK):
-        end = min(begin + BLOCK, first.shape[0])
-        lost += contact_pairs(grains, contacts, begin, end, dt, parameters, pair)
-        for c in range(begin, end):
-            i, j = np.int64(first[np.uint64(c)]), np.int64(second[np.uint64(c)])
-            add_to_first(row, i * COLUMNS + 8, pair, (c - begin) * 8)
-            add_to_second(row, j * COLUMNS + 8, pair, (c - begin) * 8)
-    spent[FRICTION] += lost
+    for c in range(begin, end, BLOCK):
+        stop = min(c + BLOCK, end)
+        lost[c // BLOCK] = contact_pairs(grains, contacts, c, stop, dt, parameters, pair)
+        for at in range(c, stop):
+            i, j = np.int64(first[np.uint64(at)]), np.int64(second[np.uint64(at)])
+            if first_grain <= i < last_grain:
+                add_to_first(row, i * COLUMNS + FORCE - 2, pair, (at - c) * 8)
+            if first_grain <= j < last_grain:
+                add_to_second(row, j * COLUMNS + FORCE - 2, pair, (at - c) * 8)
+
+
+def total(lost):
+    """The sum of all blocks, in their order."""
+    everything = 0.0
+    for block in range(lost.shape[0]):
+        everything += lost[block]
+    return everything
