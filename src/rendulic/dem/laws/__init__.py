@@ -17,10 +17,10 @@ class ContactLaw(Protocol):
     """What the engine needs of a contact law; `LinearFrictional` documents each member.
 
     The functions must be plain Python that numba can compile, without global state; they get
-    `parameters` (a tuple of floats) as their last argument. `contact_force` is called while two grains
-    overlap and must return a normal force above zero: zero marks a pair without contact. (Where several
-    copies of an assembly advance together, it is also computed for pairs that touch in another copy, and
-    the result thrown away.)
+    `parameters` (a tuple of floats) as their last argument. `contact_force` must return a normal force above
+    zero for two grains that overlap: zero marks a pair without contact. (Contacts are computed eight at a time,
+    so it is also called, with a negative overlap, for neighbours that do not touch; what it returns for them is
+    thrown away. The compiler makes vectors of it where it can: best without loops and with short branches.)
     """
 
     @property
