@@ -78,6 +78,7 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=default_cache(), help="folder of the packings")
     options = parser.parse_args()
     options.cache.mkdir(parents=True, exist_ok=True)
+    rd.dem.use_threads(1)
     print(f"rendulic {rd.__version__}, Python {sys.version.split()[0]}, {processor()}, {os.cpu_count()} cores,")
     print(f"load of the machine at the start: {os.getloadavg()[0]:.1f} (this benchmark alone makes it 1)")
     for name, section in SECTIONS.items():

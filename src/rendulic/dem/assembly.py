@@ -15,6 +15,7 @@ from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.lanes import probe_in_lanes
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.neighbours import find_contacts
+from rendulic.dem.placement import refuse_deep_overlaps, refuse_outside
 from rendulic.dem.team import Prepared, in_ranks, prepared, threads_for
 from rendulic.dem.time_step import critical_time_step
 from rendulic.errors import InvalidInput, UnstableTimeStep
@@ -87,7 +88,7 @@ class Assembly:
         if (wall_position[1::2] <= wall_position[0::2]).any():
             raise InvalidInput(f"each upper wall must lie above its lower wall, got {wall_position.tolist()}")
         self.walls = Walls(wall_position, np.zeros(6), np.zeros(6))
-        self._refuse_outside()
+        refuse_outside(self.grains, self.walls)
         if not (isfinite(damping) and 0.0 <= damping < 1.0):
             raise InvalidInput(f"damping must be in [0, 1), got {damping!r}")
         self.damping = float(damping)
@@ -105,7 +106,7 @@ class Assembly:
         self.growth_since_build = 0.0
         self._scratch = np.zeros((6, 3))
         self.contacts, self.wall_contacts = self._candidates(None)
-        self._refuse_deep_overlaps()
+        refuse_deep_overlaps(self.grains, self.contacts)
         self._compute_forces()
         self.time_step, self.has_fixed_time_step = 0.0, False
         self.set_time_step(time_step)
@@ -383,31 +384,6 @@ class Assembly:
         nothing = np.zeros(3)
         kernels.contact_forces(self.grains, self.contacts, dt, self.law.parameters, nothing)
         kernels.wall_forces(self.grains, self.walls, self.wall_contacts, self.law.parameters)
-
-    def _refuse_outside(self) -> None:
-        position, walls = self.grains.position, self.walls.position
-        inside = np.minimum((position - walls[0::2]).min(axis=1), (walls[1::2] - position).min(axis=1))
-        deep = inside < 0.5 * self.grains.radius
-        if deep.any():
-            worst = int((inside / self.grains.radius).argmin())
-            raise InvalidInput(
-                f"{int(deep.sum())} grains lie outside the walls or deeper than half their radius in one; the worst is "
-                f"grain {worst}, centre at {position[worst].tolist()}: check positions, radii and walls"
-            )
-
-    def _refuse_deep_overlaps(self) -> None:
-        grains, pairs = self.grains, self.contacts
-        if len(pairs.first):
-            gap = np.linalg.norm(grains.position[pairs.second] - grains.position[pairs.first], axis=1)
-            r1, r2 = grains.radius[pairs.first], grains.radius[pairs.second]
-            depth = (r1 + r2 - gap) / np.minimum(r1, r2)
-            worst = int(depth.argmax())
-            if depth[worst] > 0.5:
-                raise InvalidInput(
-                    f"{int((depth > 0.5).sum())} pairs overlap by more than half the smaller radius, the worst are grains "
-                    f"{int(pairs.first[worst])} and {int(pairs.second[worst])} ({depth[worst]:.2f} radii): "
-                    "check positions and radii"
-                )
 
     # -- loading, saving -------------------------------------------------------------------------
 
