@@ -4,6 +4,7 @@ from rendulic.figures.circular import circular_diagram, circular_diagrams, circu
 from rendulic.figures.contact_planes import plane_paths, plane_stiffness, plane_work
 from rendulic.figures.element import element_tests
 from rendulic.figures.macro_micro import macro_micro
+from rendulic.figures.stereogram import stereogram
 from rendulic.figures.style import save
 from rendulic.figures.triaxial import deviatoric_stress, volume_change
 
@@ -18,5 +19,6 @@ __all__ = [
     "plane_stiffness",
     "plane_work",
     "save",
+    "stereogram",
     "volume_change",
 ]

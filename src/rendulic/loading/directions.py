@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import ClassVar
 
 import numpy as np
 
+from rendulic.checks import finite_array, whole_number
 from rendulic.errors import InvalidInput
+from rendulic.tensors.increment_sphere import DEVIATORIC_AXES
 from rendulic.tensors.rendulic_plane import increment_along
 
-__all__ = ["Directions", "axisymmetric", "rendulic"]
+__all__ = ["Directions", "SphereDirections", "axisymmetric", "rendulic", "sphere"]
 
 
 @dataclass(frozen=True)
@@ -25,12 +28,80 @@ class Directions:
 
     alpha: tuple[float, ...]
 
+    dimension: ClassVar[str] = "alpha"
+
     def __len__(self) -> int:
         return len(self.alpha)
+
+    def coordinates(self, kind: str) -> dict[str, tuple]:
+        """Labels of the directions for a dataset of probes in strain or stress."""
+        about = {"long_name": f"direction of {kind} increment", "units": "degree"}
+        return {"alpha": ("alpha", np.array(self.alpha), about)}
 
     def increments(self, norm: float) -> np.ndarray:
         """(n, 3) principal increments of this norm."""
         return increment_along(np.array(self.alpha), norm)
+
+
+@dataclass(frozen=True, eq=False)
+class SphereDirections:
+    """Directions in the space of the three principal increments.
+
+    Parameters
+    ----------
+    unit : (n, 3) array
+        Unit vectors.
+    weight : (n,) array
+        Share of the sphere that each stands for; positive, of sum 1.
+
+    Raises
+    ------
+    InvalidInput
+        If a vector is not of length 1, or the weights are no shares.
+    """
+
+    unit: np.ndarray
+    weight: np.ndarray
+
+    dimension: ClassVar[str] = "direction"
+
+    def __post_init__(self) -> None:
+        unit = finite_array("directions", self.unit, (None, 3))
+        weight = finite_array("weights of directions", self.weight, (len(unit),))
+        if len(unit) == 0 or np.abs(np.linalg.norm(unit, axis=1) - 1.0).max() > 1e-9:
+            raise InvalidInput("directions on a sphere must be at least one, and unit vectors")
+        if (weight <= 0.0).any() or abs(weight.sum() - 1.0) > 1e-9:
+            raise InvalidInput(f"weights of directions must be positive and of sum 1, got a sum of {weight.sum():.12g}")
+        object.__setattr__(self, "unit", unit)
+        object.__setattr__(self, "weight", weight)
+
+    def __len__(self) -> int:
+        return len(self.unit)
+
+    def increments(self, norm: float) -> np.ndarray:
+        """(n, 3) principal increments of this norm."""
+        return norm * self.unit
+
+    @property
+    def spacing(self) -> float:
+        """Typical distance between neighbours in degrees: what is narrower can be missed."""
+        return float(np.degrees(np.sqrt(4.0 * np.pi / len(self))))
+
+    def coordinates(self, kind: str) -> dict[str, tuple]:
+        """Labels of the directions for a dataset of probes in strain or stress."""
+        named = {
+            f"along_{k + 1}": (
+                "direction",
+                self.unit[:, k],
+                {"long_name": f"{kind} increment along axis {k + 1}, unit"},
+            )
+            for k in range(3)
+        }
+        return {
+            "direction": ("direction", np.arange(len(self)), {"long_name": f"direction of {kind} increment"}),
+            **named,
+            "weight": ("direction", self.weight, {"long_name": "share of the sphere of directions", "units": "1"}),
+        }
 
 
 def rendulic(step: float = 10.0) -> Directions:
@@ -53,3 +124,29 @@ def axisymmetric(alpha) -> Directions:
     if angles.ndim != 1 or len(angles) == 0 or not np.isfinite(angles).all():
         raise InvalidInput(f"directions must be a list of finite angles in degrees, got {alpha!r}")
     return Directions(tuple(angles.tolist()))
+
+
+def sphere(n: int = 500) -> SphereDirections:
+    """Directions all over the sphere of principal increments, evenly spaced on a spiral, of equal weight.
+
+    The whole sphere, as the response to an increment and to its opposite differ. The spiral winds around the
+    isotropic axis, from compression to expansion.
+
+    Parameters
+    ----------
+    n : int
+        At least 12.
+
+    Examples
+    --------
+    >>> around = sphere(500)
+    >>> len(around), round(around.spacing, 1)
+    (500, 9.1)
+    """
+    n = whole_number("number of directions", n, 12)
+    height = 1.0 - (2.0 * np.arange(n) + 1.0) / n
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(n)
+    across = np.sqrt(1.0 - height**2)
+    axes = np.array(DEVIATORIC_AXES)
+    unit = np.column_stack((across * np.cos(turn), across * np.sin(turn), height)) @ axes
+    return SphereDirections(unit / np.linalg.norm(unit, axis=1)[:, None], np.full(n, 1.0 / n))

@@ -103,6 +103,11 @@ def instability_cone(
 
     tolerance = max(positive_number("tolerance of a cone's edges", tolerance, "degrees"), FINEST)
     norm = positive_number("norm", norm)
+    if directions is not None and not isinstance(directions, Directions):
+        raise InvalidInput(
+            f"a cone has its edges in the Rendulic plane: give rd.directions.rendulic(...), not {directions!r}; for the "
+            "whole sphere see rd.probe and rd.figures.stereogram"
+        )
     around = axisymmetric(np.unique(np.array((directions or rendulic()).alpha) % 360.0))
     gaps = (np.roll(around.alpha, -1) - np.array(around.alpha)) % 360.0
     if len(around) < 2 or gaps.max() > WIDEST:

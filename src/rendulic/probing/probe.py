@@ -12,7 +12,7 @@ import numpy as np
 
 from rendulic.checks import finite_array, whole_number
 from rendulic.errors import InvalidInput, one_of
-from rendulic.loading.directions import Directions
+from rendulic.loading.directions import Directions, SphereDirections
 from rendulic.micro.contact_work import CLASSES
 from rendulic.probing.second_order_work import SecondOrderWork, normalised, second_order_work
 from rendulic.progress import Progress, silent
@@ -43,7 +43,7 @@ MICRO = {
 
 def probe(
     specimen: Specimen,
-    directions: Directions,
+    directions: Directions | SphereDirections,
     norm: float | Sequence[float] = 5e-5,
     n_steps: int = 5000,
     *,
@@ -64,8 +64,8 @@ def probe(
     ----------
     specimen : Specimen
         In the state to probe; it should be at rest.
-    directions : Directions
-        E.g. `rd.directions.rendulic(step=10)`.
+    directions : Directions or SphereDirections
+        E.g. `rd.directions.rendulic(step=10)`, or `rd.directions.sphere(500)` for all principal increments.
     norm : float or increasing sequence of float
         Size of the increment: strain, or Pa for `kind="stress"`.
     n_steps : int
@@ -80,7 +80,7 @@ def probe(
     Returns
     -------
     xarray.Dataset
-        Dimensions `alpha` (degrees), `component`, for grains `contact_class`, and `norm` if a
+        Dimensions `alpha` (degrees) or, on the sphere, `direction`; `component`, for grains `contact_class`, and `norm` if a
         sequence was given. A sign is `is_significant` where |w2_macro| exceeds |w2_drift|. A stress that the
         state cannot carry is not `is_reached`: the values are then those of the increment that was.
 
@@ -134,7 +134,7 @@ def probe(
 
 
 def _dataset(
-    null: list[dict], probes: list[list[dict]], directions: Directions, norms: np.ndarray, single: bool, kind: str,
+    null: list[dict], probes: list[list[dict]], directions: Directions | SphereDirections, norms: np.ndarray, single: bool, kind: str,
     n_steps: int,
 ) -> xr.Dataset:  # fmt: skip
     import xarray as xr
@@ -156,7 +156,7 @@ def _dataset(
     asked = norms[:, None, None] * directions.increments(1.0)
     error = np.linalg.norm((d_eps if kind == "strain" else d_sigma) - asked, axis=-1)
     labels = dict(MACRO)
-    axes = ("norm", "alpha")
+    axes = ("norm", directions.dimension)
     variables: dict[str, Any] = {
         "d_eps": ((*axes, "component"), d_eps, {"long_name": "principal strain increment", "units": "1"}),
         "d_sigma": (
@@ -186,11 +186,7 @@ def _dataset(
         ),
     }
     coords: dict[str, Any] = {
-        "alpha": (
-            "alpha",
-            np.array(directions.alpha),
-            {"long_name": f"direction of {kind} increment", "units": "degree"},
-        ),
+        **directions.coordinates(kind),
         "norm": (
             "norm",
             norms,
