@@ -46,7 +46,7 @@ def batches(count: int, workers: int = 1) -> list[range]:
     """Which lanes advance together: an even share for each worker, in full vectors and a remainder.
 
     >>> batches(19, workers=2)
-    [range(0, 8), range(8, 10), range(10, 18), range(18, 19)]
+    [range(0, 8), range(8, 9), range(9, 17), range(17, 19)]
     """
     shares = [range(count * w // workers, count * (w + 1) // workers) for w in range(workers)]
     widest = max(WIDTHS)
