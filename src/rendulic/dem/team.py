@@ -93,7 +93,7 @@ def prepared(assembly: Assembly, n_threads: int) -> Prepared:
         again=np.zeros((n_threads, n_blocks)),
         friction=np.zeros(n_blocks),
         damping=np.zeros(-(-n // BLOCK)),
-        within=np.zeros(8 * n_threads, np.bool_),
+        within=np.zeros(64 * n_threads, np.bool_),
         arrived=np.zeros(1, np.int64),
     )
     crossing = tuple(Contacts(contacts.first[at], contacts.second[at], contacts.force[at]) for at in places)

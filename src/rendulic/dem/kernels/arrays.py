@@ -126,5 +126,5 @@ class Team(NamedTuple):
     wall_stiffness: np.ndarray  # (wall contacts,)
     friction: np.ndarray  # (blocks of contacts,) what friction took in this step
     damping: np.ndarray  # (blocks of grains,) what damping took in this step
-    within: np.ndarray  # (8 ranks,) bool, whether a rank's grains are where the list holds; a cache line each
+    within: np.ndarray  # (64 ranks,) bool, whether a rank's grains are where the list holds; a cache line each
     arrived: np.ndarray  # (1,) int64, arrivals at the barrier

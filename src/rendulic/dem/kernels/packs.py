@@ -12,10 +12,9 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
-from rendulic.dem.kernels.rows import all_lanes, fused, pointer
+from rendulic.dem.kernels.rows import all_lanes, fused, on_stack, pointer
 
 __all__ = ["PACK", "pack_operations"]
 
@@ -199,13 +198,6 @@ def _stack_places(_context):
     signature = types.Array(types.int64, 1, "C")()
 
     def generate(context, builder, signature, _arguments):
-        room = cgutils.alloca_once(builder, ir.ArrayType(ir.IntType(64), PACK))
-        array = context.make_array(signature.return_type)(context, builder)
-        count, step = context.get_constant(types.intp, PACK), context.get_constant(types.intp, 8)
-        context.populate_array(
-            array, data=builder.bitcast(room, array.data.type), shape=[count], strides=[step], itemsize=step,
-            meminfo=None,
-        )  # fmt: skip
-        return array._getvalue()
+        return on_stack(context, builder, signature.return_type, PACK)
 
     return signature, generate

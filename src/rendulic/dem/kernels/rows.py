@@ -18,7 +18,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-__all__ = ["all_lanes", "fused", "pointer", "row_operations"]
+__all__ = ["all_lanes", "fused", "on_stack", "pointer", "row_operations"]
 
 CACHE_LINE = 8  # numbers
 
@@ -218,16 +218,20 @@ def _stack(numbers: int):
             # llvmlite knows by name; past its check it is written out as it stands
             builder.function.attributes.add("noinline")
             set.add(builder.function.attributes, '"prefer-vector-width"="512"')
-            room = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), numbers))
-            room.align = 8 * CACHE_LINE
-            array = context.make_array(signature.return_type)(context, builder)
-            count, step = context.get_constant(types.intp, numbers), context.get_constant(types.intp, 8)
-            context.populate_array(
-                array, data=builder.bitcast(room, array.data.type), shape=[count], strides=[step], itemsize=step,
-                meminfo=None,
-            )  # fmt: skip
-            return array._getvalue()
+            return on_stack(context, builder, signature.return_type, numbers)
 
         return signature, generate
 
     return stack_rows
+
+
+def on_stack(context, builder, kind: types.Array, count: int):
+    """A flat array of `count` numbers of eight bytes that lives as long as the call, from a cache line on."""
+    array = context.make_array(kind)(context, builder)
+    room = cgutils.alloca_once(builder, ir.ArrayType(context.get_data_type(kind.dtype), count))
+    room.align = 8 * CACHE_LINE
+    size, step = context.get_constant(types.intp, count), context.get_constant(types.intp, 8)
+    context.populate_array(
+        array, data=builder.bitcast(room, array.data.type), shape=[size], strides=[step], itemsize=step, meminfo=None
+    )
+    return array._getvalue()

@@ -65,14 +65,14 @@ def advance_team(
         within = move_grains(grains, begin, end, dt, damping, reference, reach, team.damping)
         if rank == 0 and not move_walls(walls, drive, dt, wall_reference, reach, spent, scratch):
             within = False
-        team.within[8 * rank] = within
+        team.within[64 * rank] = within
         arrivals += n_ranks
         wait_for_all(team.arrived, arrivals)
         if rank == 0:
             for block in range(team.damping.shape[0]):
                 spent[DAMPING] += team.damping[block]
         for other in range(n_ranks):
-            if not team.within[8 * other]:
+            if not team.within[64 * other]:
                 return step, False
         arrivals = finish_team(
             rank,
