@@ -57,6 +57,8 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "Snapshot": ("rendulic.snapshot", "Snapshot"),
     "Specimen": ("rendulic.specimen", "Specimen"),
     "State": ("rendulic.state", "State"),
+    "burst": ("rendulic.probing.burst", "burst"),
+    "bursts": ("rendulic.probing.burst", "bursts"),
     "instability_cone": ("rendulic.probing.cone", "instability_cone"),
     "probe": ("rendulic.probing.probe", "probe"),
     "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
@@ -70,6 +72,7 @@ if TYPE_CHECKING:
     from rendulic.errors import RendulicError
     from rendulic.loading import directions, paths
     from rendulic.loading.control import Control
+    from rendulic.probing.burst import burst, bursts
     from rendulic.probing.cone import Cone, instability_cone
     from rendulic.probing.probe import probe
     from rendulic.probing.second_order_work import second_order_work

@@ -35,6 +35,15 @@ COLUMNS = {
     "void_ratio": ("void ratio", "1"),
     "n_contacts": ("closed contacts", "1"),
     "time": ("time", "s"),
+    "phase": ("what is done to the specimen", "1"),
+    "strain_along": ("strain along the direction of the burst", "1"),
+    "load": ("conjugate stress sigma : u", "Pa"),
+    "kinetic_energy": ("kinetic energy", "J"),
+    "boundary_work": ("work of the walls since rest", "J"),
+    "elastic_energy": ("change of stored elastic energy since rest", "J"),
+    "friction_work": ("what friction took since rest", "J"),
+    "damping_work": ("what damping took since rest", "J"),
+    "energy_error": ("boundary work that the energies do not account for", "J"),
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Reading = TypeVar("Reading")
 
-__all__ = ["HasGrains", "ProbesTogether", "Specimen"]
+__all__ = ["CanBurst", "HasGrains", "ProbesTogether", "Specimen"]
 
 
 @runtime_checkable
@@ -65,6 +65,18 @@ class HasGrains(Protocol):
 
     def snapshot(self) -> Snapshot:
         """The present state for analysis."""
+
+
+@runtime_checkable
+class CanBurst(Protocol):
+    """A specimen that can be disturbed under a held load, and then settles or fails."""
+
+    def burst(self, direction: np.ndarray, norm: float, n_steps: int, **options: Any) -> xr.Dataset:
+        """Disturb it under the load conjugate to a direction of strain (3,), in place; a curve with a `verdict`.
+
+        The verdict in its attributes is "settles", "fails", "arrested" or "undecided". Specimens with grains and inertia call
+        the option `on_window` with what `Window` of `dem.burst` holds.
+        """
 
 
 @runtime_checkable

@@ -97,6 +97,22 @@ def test_energy_balance_of_quasi_static_loading(sheared, fast):
     assert abs(missing) < 0.01 * change["boundary"]
 
 
+@pytest.mark.parametrize(
+    "path",
+    [rd.paths.drained_triaxial(until_strain=1e-3), rd.paths.isotropic(220e3), rd.paths.oedometric(until_strain=1e-3)],
+    ids=lambda path: path.name,
+)
+def test_the_books_of_quasi_static_loading(dense_state, path):
+    """A dense packing, which moves without avalanches, loaded at I = 2e-5: 1e-6 of the boundary work."""
+    sample = rd.dem.Assembly.from_state(dense_state)
+    before = sample.energies()
+    sample.load(path)
+    change = {name: value - before[name] for name, value in sample.energies().items()}
+    missing = change["boundary"] - sum(change[name] for name in ("kinetic", "elastic", "friction", "damping"))
+    assert change["boundary"] > 0
+    assert abs(missing) < 1e-6 * change["boundary"]
+
+
 def test_damping_only_takes_energy(packed, straining):
     """Damping and friction never give energy back, step by step."""
     spent = []

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.chang_hicher import following
+from rendulic.chang_hicher import controllability, following
 from rendulic.chang_hicher.kernels.arrays import SIGMA, TAN_PEAK, TAU, to_tensor
 from rendulic.chang_hicher.model import ChangHicher
 from rendulic.checks import finite_array
@@ -143,6 +143,15 @@ class MaterialPoint:
         """
         one_of(kind, ("strain", "stress"), "kind of probe")
         following.probe(self, finite_array("increment", increment, (3,)), kind, marks, on_mark)
+
+    def burst(
+        self, direction, norm: float, n_steps: int = 1, *, on_window: Callable[..., None] | None = None
+    ) -> xr.Dataset:
+        """Increase the load conjugate to a direction a little, in place. See `controllability.burst`.
+
+        `n_steps` and `on_window` are of no account: there is no inertia.
+        """
+        return controllability.burst(self, direction, norm)
 
     def clone(self) -> MaterialPoint:
         """An independent point in the same state."""

@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 
 from rendulic.checks import finite_array, positive_number
-from rendulic.dem import equilibrium, loading, saving
+from rendulic.dem import burst, equilibrium, loading, saving
 from rendulic.dem.energy import energies, kinetic_energy
 from rendulic.dem.grains import make_grains, morton_order, sphere_masses
 from rendulic.dem.kernels.arrays import DAMPING, Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
@@ -398,6 +398,10 @@ class Assembly:
     def probe_together(self, increments, n_steps: int, **options) -> list:
         """Impose principal strain increments (m, 3) on copies that advance together. See `dem.lanes.probe_in_lanes`."""
         return probe_in_lanes(self, increments, n_steps, **options)
+
+    def burst(self, direction, norm: float, n_steps: int, **options):
+        """Disturb the assembly under a held load, in place; the curve with a verdict. See `dem.burst.burst`."""
+        return burst.burst(self, direction, norm, n_steps, **options)
 
     def clone(self) -> Assembly:
         """An independent assembly in the same state."""

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rendulic.dem.kernels.arrays import BOUNDARY, DAMPING, FRICTION
 from rendulic.dem.kernels.compiled import kernels_for
 
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly
 
-__all__ = ["elastic_energy", "energies", "kinetic_energy"]
+__all__ = ["damping_forces", "elastic_energy", "energies", "kinetic_energy", "whole_step_kinetic_energy"]
 
 
 def kinetic_energy(assembly: Assembly) -> tuple[float, float]:
@@ -20,6 +22,25 @@ def kinetic_energy(assembly: Assembly) -> tuple[float, float]:
         0.5 * float(grains.mass @ (grains.velocity**2).sum(axis=1)),
         0.5 * float(grains.inertia @ (grains.angular_velocity**2).sum(axis=1)),
     )
+
+
+def damping_forces(assembly: Assembly) -> np.ndarray:
+    """(n, 3) part of the forces on the grains that damping takes away in the next step, in N."""
+    grains = assembly.grains
+    half = 0.5 * assembly.time_step / grains.mass[:, None]
+    return assembly.damping * np.abs(grains.force) * np.sign(grains.velocity + half * grains.force)
+
+
+def whole_step_kinetic_energy(assembly: Assembly) -> float:
+    """Kinetic energy of translation in J at the time of the positions, `m v . v' / 2`.
+
+    `v` and `v'` are the velocities half a step before and after. Defined so, its change over a step is the work
+    of the mean of the forces at both ends, to rounding.
+    """
+    grains = assembly.grains
+    kept = grains.force - damping_forces(assembly)
+    after = grains.velocity + assembly.time_step / grains.mass[:, None] * kept
+    return 0.5 * float(grains.mass @ (grains.velocity * after).sum(axis=1))
 
 
 def elastic_energy(assembly: Assembly) -> float:

@@ -1,0 +1,218 @@
+"""Failure shown: bursts of a specimen disturbed under a held load, beside what second-order work predicts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rendulic.checks import finite_array, positive_number, whole_number
+from rendulic.errors import InvalidInput
+from rendulic.loading.directions import Directions
+from rendulic.probing.probe import probe
+from rendulic.probing.second_order_work import second_order_work
+from rendulic.progress import Progress, silent
+from rendulic.specimen import CanBurst, Specimen
+from rendulic.tensors.rendulic_plane import increment_along
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["VERDICTS", "agreement", "burst", "bursts"]
+
+VERDICTS = ("settles", "fails", "arrested", "undecided")
+NUMBERS = {
+    "kinetic_growth": ("largest kinetic energy over that of the disturbance", "1"),
+    "travelled": ("largest strain along the direction over the norm", "1"),
+    "balance_error": ("error of the energy balance, relative to the largest term", "1"),
+    "equation_1_residual": ("largest error of Eq. 1 over single steps, relative to the largest term", "1"),
+}
+
+
+def burst(specimen: Specimen, alpha, norm: float = 5e-5, n_steps: int = 5000, **options: Any) -> xr.Dataset:
+    """Disturb a state under the load conjugate to a direction, and see whether it settles or fails.
+
+    The specimen itself is left as it was. Grains: a push or a kick, then free motion under the held load; see
+    `dem.burst.burst` for the options. A material point: a small increase of the load; see
+    `chang_hicher.controllability.burst`.
+
+    Parameters
+    ----------
+    specimen : Specimen
+        At rest.
+    alpha : float or (3,) array
+        Direction of strain: degrees in the Rendulic plane, or principal strains of any length.
+    norm : float
+        Size of the disturbance, as for `rd.probe`.
+    n_steps : int
+        Steps of the disturbance.
+
+    Returns
+    -------
+    xarray.Dataset
+        The curve, with `verdict` ("settles", "fails", "arrested" or "undecided") in its attributes, and `alpha` and `ratio`
+        (R of `d_eps_1 + 2 R d_eps_3 = 0`) for directions of the Rendulic plane. For grains also Eq. 1 of the paper over one step at
+        each record: `d_kinetic` against `first_order + (b2 - w2) / 2`, where `first_order` is the work of the resultants on
+        the grains at the beginning, which vanishes at rest.
+
+    Raises
+    ------
+    InvalidInput
+        If the specimen cannot be left to itself, or a value is out of range.
+    """
+    if not isinstance(specimen, CanBurst):
+        raise InvalidInput(f"a burst needs a specimen with a method 'burst', as grains have: {specimen!r} has none")
+    direction = finite_array("alpha", alpha, () if np.ndim(alpha) == 0 else (3,))
+    if direction.ndim and not np.linalg.norm(direction) > 0.0:
+        raise InvalidInput("the direction of a burst must not be zero")
+    u = direction / np.linalg.norm(direction) if direction.ndim else increment_along(float(direction), 1.0)
+    windows: list[tuple[float, float, float, float]] = []
+
+    def on_window(window: Any) -> None:
+        work = second_order_work(window.before, window.after)
+        n, volume = window.before.n_grains, window.before.volume
+        moved = window.after.position - window.before.position
+        first = float((window.before.resultant[:n] * moved).sum())
+        windows.append((window.kinetic, first, work.boundary * volume, work.contacts * volume))
+
+    own = specimen.clone()
+    assert isinstance(own, CanBurst)  # as the specimen that it is a clone of
+    curve = own.burst(u, norm, n_steps, on_window=on_window, **options)
+    if windows:
+        _add_equation_1(curve, np.array([(np.nan,) * 4, *windows]))
+    if not direction.ndim:
+        with np.errstate(divide="ignore"):
+            curve.attrs |= {"alpha": float(direction), "ratio": float(np.divide(-u[0], 2.0 * u[2]))}
+    return curve
+
+
+def _add_equation_1(curve: xr.Dataset, columns: np.ndarray) -> None:
+    """The terms of Eq. 1 in one step at each record, and the largest residual of the hold, in place."""
+    named = {
+        "d_kinetic": "change of kinetic energy (translation, damping added back) in one step",
+        "first_order": "work of the resultants at its beginning",
+        "b2": "second-order work of the walls in it",
+        "w2": "second-order work of the contacts in it",
+    }
+    for (name, label), values in zip(named.items(), columns.T, strict=True):
+        curve[name] = ("record", values, {"long_name": label, "units": "J"})
+    error = columns[:, 0] - columns[:, 1] - 0.5 * (columns[:, 2] - columns[:, 3])
+    curve.attrs["equation_1_residual"] = float(np.nanmax(np.abs(error)) / np.nanmax(np.abs(columns)))
+
+
+def bursts(
+    specimen: Specimen,
+    directions: Directions,
+    norm: float = 5e-5,
+    n_steps: int = 5000,
+    *,
+    workers: int | None = None,
+    progress: Progress = silent,
+    on_burst: Callable[[float, xr.Dataset], None] | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Predicted against observed failure, direction by direction; the specimen is left as it was.
+
+    Prediction: the sign of the second-order work of a strain probe (`rd.probe`) of the same norm and number of
+    steps. Observation: the verdict of a burst in that direction.
+
+    Parameters
+    ----------
+    directions : Directions
+        In the Rendulic plane, e.g. `rd.directions.rendulic(step=10)`.
+    on_burst : callable, optional
+        Called with alpha and the curve of each burst.
+    options
+        For the burst of this kind of specimen.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension `alpha`: `w2_normalised`, `w2_drift`; `predicted` (W2 < 0) and `observed` failure; `verdict`, index into
+        `VERDICTS`; `to_edge`, degrees to the nearest edge of a cone (between the probes, by linear interpolation);
+        `ratio` R, and of grains the kinetic growth, the way travelled and the errors of the balances.
+        See `agreement`.
+    """
+    if not isinstance(directions, Directions):
+        raise InvalidInput(
+            f"a table of bursts needs directions of the Rendulic plane, rd.directions.rendulic(...), not {directions!r}"
+        )
+    norm = positive_number("norm", norm)
+    workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
+    count, followed, lock = 2 * len(directions), 0, Lock()
+
+    def on_probe(done: float, total: float, note: str = "") -> None:
+        progress(done / total * count / 2, count, note)
+
+    probed = probe(specimen, directions, norm, n_steps, workers=workers, progress=on_probe)
+
+    def follow(alpha: float) -> xr.Dataset:
+        nonlocal followed
+        curve = burst(specimen, alpha, norm, n_steps, **options)
+        with lock:
+            followed += 1
+            progress(
+                count // 2 + followed, count, f"burst {followed} of {count // 2}: {alpha:g} degrees {curve.verdict}"
+            )
+        return curve
+
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        curves = list(pool.map(follow, directions.alpha))
+    if on_burst is not None:
+        for alpha, curve in zip(directions.alpha, curves, strict=True):
+            on_burst(alpha, curve)
+    w2n = probed.w2_normalised.values
+    verdict = np.array([VERDICTS.index(curve.attrs["verdict"]) for curve in curves])
+    columns: dict[str, tuple[np.ndarray, str, str]] = {
+        "predicted": (w2n < 0.0, "second-order work negative", "1"),
+        "observed": (verdict == VERDICTS.index("fails"), "failure observed", "1"),
+        "verdict": (verdict, f"index into {', '.join(VERDICTS)}", "1"),
+        "to_edge": (distance_to_edge(np.array(directions.alpha), w2n), "angle to the nearest edge of a cone", "degree"),
+        "ratio": (np.array([curve.attrs["ratio"] for curve in curves]), "R of d_eps_1 + 2 R d_eps_3 = 0", "1"),
+    }
+    for name, (label, unit) in NUMBERS.items():
+        if all(name in curve.attrs for curve in curves):
+            columns[name] = (np.array([curve.attrs[name] for curve in curves]), label, unit)
+    table = probed[["w2_normalised", "w2_drift", "is_significant"]].copy()
+    for name, (values, label, unit) in columns.items():
+        table[name] = ("alpha", values, {"long_name": label, "units": unit})
+    return table.assign_attrs(norm=norm, n_steps=n_steps)
+
+
+def distance_to_edge(alpha: np.ndarray, w2n: np.ndarray) -> np.ndarray:
+    """Degrees from each direction to the nearest change of sign of W2n around the circle; infinite without any.
+
+    >>> distance_to_edge(np.array([0.0, 90.0, 180.0, 270.0]), np.array([1.0, -1.0, 1.0, 1.0])).tolist()
+    [45.0, 45.0, 45.0, 135.0]
+    """
+    order = np.argsort(alpha)
+    angle, value = alpha[order], w2n[order]
+    after, gap = np.roll(value, -1), (np.roll(angle, -1) - angle) % 360.0
+    crosses = (value < 0.0) != (after < 0.0)
+    edges = (angle + gap * value / np.where(crosses, value - after, 1.0))[crosses]
+    if not len(edges):
+        return np.full(len(alpha), np.inf)
+    apart = np.abs((alpha[:, None] - edges + 180.0) % 360.0 - 180.0)
+    return apart.min(axis=1)
+
+
+def agreement(table: xr.Dataset, margin: float = 10.0) -> tuple[int, int]:
+    """How many directions further than `margin` degrees from an edge agree, and how many there are.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        From `bursts`.
+
+    Returns
+    -------
+    agreeing, counted : int
+        Only "fails" is failure; an avalanche that was arrested is not, and an undecided burst never agrees.
+    """
+    counted = table.to_edge.values > margin
+    agrees = (table.predicted.values == table.observed.values) & (table.verdict.values != VERDICTS.index("undecided"))
+    return int((agrees & counted).sum()), int(counted.sum())
