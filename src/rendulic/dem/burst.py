@@ -85,7 +85,7 @@ def burst(
     n_steps : int
         Of the push, and of the way back.
     hold_steps : int, optional
-        Longest time under the held load; ten times `n_steps` by default.
+        Longest time under the held load; thirty times `n_steps` by default.
     disturbance : {"push", "kick"}
         What is done to it.
     kick : float
@@ -93,7 +93,7 @@ def burst(
     strain_limit : float
         Strain along `direction` at which a runaway is not followed further.
     n_records : int
-        Records of the hold, at most.
+        Records of the hold, if it lasts ten times `n_steps`.
     seed : int
         Of the velocities of a kick.
     on_window : callable, optional
@@ -123,7 +123,7 @@ def burst(
         raise InvalidInput(f"the direction of a burst must be a unit vector, got {u.tolist()}")
     norm = positive_number("norm", norm)
     n_steps = whole_number("n_steps", n_steps, 1)
-    hold_steps = 10 * n_steps if hold_steps is None else whole_number("hold_steps", hold_steps, 1)
+    hold_steps = 30 * n_steps if hold_steps is None else whole_number("hold_steps", hold_steps, 1)
     one_of(disturbance, ("push", "kick"), "disturbance")
     positive_number("kick", kick)
     positive_number("strain_limit", strain_limit)
@@ -148,7 +148,7 @@ def burst(
     else:
         watch.reference_energy = watch.injected = _kick(assembly, kick, seed)
         watch.follow(n_steps, every, held)
-    return watch.hold(held, hold_steps, max(1, hold_steps // n_records), strain_limit)
+    return watch.hold(held, hold_steps, max(1, 10 * n_steps // n_records), strain_limit)
 
 
 class _Watch:

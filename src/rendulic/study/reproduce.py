@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,20 +12,16 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from rendulic import __version__, figures
+from rendulic import figures
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.equilibrium import unbalanced_force
-from rendulic.dem.growth import pack
-from rendulic.dem.rest import bring_to_rest
-from rendulic.errors import DidNotConverge, InvalidInput, RendulicError, one_of
-from rendulic.io.tables import read_dataset, write_dataset
-from rendulic.loading import directions, paths
-from rendulic.probing.probe import probe
+from rendulic.errors import InvalidInput, RendulicError, one_of
+from rendulic.io.tables import write_dataset
 from rendulic.progress import Progress, silent
 from rendulic.state import State
 from rendulic.study.config import GrainStudy
+from rendulic.study.stages import claim, file_of, final_curve, probes_at, specimen_of
 from rendulic.tensors.invariants import deviatoric_stress, mean_stress
-from rendulic.whole_file import whole_file, writable_folder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +30,6 @@ if TYPE_CHECKING:
 __all__ = ["FIGURES", "Reproduction", "reproduce"]
 
 FIGURES = ("fig1", "fig2", "fig3", "fig4")
-RESULTS_SCHEMA = 1  # raised with every change of results: older stages are then not reused
 
 
 @dataclass(frozen=True)
@@ -97,13 +91,13 @@ def reproduce(
     import xarray as xr
 
     wanted = [one_of(name, FIGURES, "figure") for name in wanted]
-    folder = _claim(Path(folder), study)
-    sample, made = _specimen(study, folder, stage("specimen"))
+    folder = claim(Path(folder), study)
+    sample, made = specimen_of(study, folder, stage("specimen"))
     etas = study.loading.eta
     curves, probes = [], []
     fresh = []  # whether a state was made now: what follows from it is then made again, too
     for eta in etas:
-        curve, made = _state(study, folder, sample, eta, made, stage(f"shear to eta = {eta:g}"))
+        curve, made = state_at(study, folder, sample, eta, made, stage(f"shear to eta = {eta:g}"))
         curves.append(curve)
         fresh.append(made)
     needs_curve, needs_probes = {"fig1", "fig2"} & set(wanted), {"fig3", "fig4"} & set(wanted)
@@ -117,10 +111,10 @@ def reproduce(
         try:
             if needs_curve:
                 progress = _stoppable(stage("shear to the end"), stop)
-                final = beside.submit(_final_curve, study, folder, sample.clone(), left, made, progress)
+                final = beside.submit(final_curve, study, folder, sample.clone(), left, made, progress)
             if needs_probes:
                 probes = [
-                    _probes(study, folder, eta, now, workers, stage(f"probes at eta = {eta:g}"))
+                    probes_at(study, folder, eta, now, workers, stage(f"probes at eta = {eta:g}"))
                     for eta, now in zip(etas, fresh, strict=True)
                 ]
             whole = xr.concat([*curves, final.result()], "record", combine_attrs="drop") if needs_curve else None
@@ -143,106 +137,11 @@ def _stoppable(progress: Progress, stop: Event) -> Progress:
     return show
 
 
-def _claim(folder: Path, study: GrainStudy) -> Path:
-    """Make the folder this study's own."""
-    record = writable_folder(folder) / "study.json"
-    own = {"rendulic": __version__, "results": RESULTS_SCHEMA, "study": study.model_dump(mode="json")}
-    found = record.read_text(encoding="utf-8") if record.exists() else None
-    text = json.dumps(own, indent=1)
-    if found is None:
-        with whole_file(record) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    elif found != text:
-        raise InvalidInput(
-            f"{folder} holds the results of another study or version (see {record.name} in it): choose another folder"
-        )
-    return folder
-
-
-def _specimen(study: GrainStudy, folder: Path, progress: Progress) -> tuple[Assembly, bool]:
-    """The packing, and whether it was made now."""
-    path = folder / "specimen.h5"
-    if path.exists():
-        return Assembly.from_state(State.from_file(path)), False
-    what = study.specimen
-    sample = pack(
-        what.n_grains,
-        (what.radius_min_m, what.radius_max_m),
-        what.pressure_pa,
-        seed=what.seed,
-        law=study.contact.law(),
-        density=what.density_kg_m3,
-        growth_friction=what.growth_friction,
-        porosity=what.porosity,
-        speed=study.loading.speed(),
-        probe_damping=study.probes.damping,
-        progress=progress,
-    )
-    sample.save().to_file(path)
-    return sample, True
-
-
-def _file(folder: Path, what: str, eta: float, suffix: str) -> Path:
-    return folder / f"{what}_eta_{eta:.3f}.{suffix}"
-
-
-def _state(
-    study: GrainStudy, folder: Path, sample: Assembly, eta: float, anew: bool, progress: Progress
-) -> tuple[xr.Dataset, bool]:
-    """Load to a stress ratio and bring it to rest, or find that done; the curve, and whether it was made now."""
-    state_path, curve_path = _file(folder, "state", eta, "h5"), _file(folder, "curve", eta, "nc")
-    if not anew and state_path.exists() and curve_path.exists():
-        sample.restore(State.from_file(state_path))
-        return read_dataset(curve_path), False
-    speed = study.loading.speed()
-    lateral = study.specimen.pressure_pa
-    left = study.loading.axial_strain - float(sample.strain[0, 0])
-    path = paths.drained_triaxial(left, until_eta=eta, lateral_stress=lateral)
-    curve = sample.load(path, speed=speed, progress=progress)
-    if curve.attrs["stopped_by"] != "eta":
-        raise DidNotConverge(
-            f"eta = {eta:g} was not reached within {study.loading.axial_strain:g} of axial strain (the largest was "
-            f"{float(curve.eta.max()):.3f}): ask for smaller stress ratios or a larger strain"
-        )
-    rest = bring_to_rest(sample, "stress", speed, progress=progress)
-    curve.attrs |= {"rest": "test paused, then constant stress", "crept": rest.crept.tolist()}
-    sample.save().to_file(state_path)
-    write_dataset(curve, curve_path)
-    return curve, True
-
-
-def _final_curve(
-    study: GrainStudy, folder: Path, sample: Assembly, left: float, anew: bool, progress: Progress
-) -> xr.Dataset:
-    """The compression from the last state to the final strain."""
-    path = folder / "curve_final.nc"
-    if path.exists() and not anew:
-        return read_dataset(path)
-    path_left = paths.drained_triaxial(left, lateral_stress=study.specimen.pressure_pa)
-    curve = sample.load(path_left, speed=study.loading.speed(), progress=progress)
-    write_dataset(curve, path)
-    return curve
-
-
-def _probes(
-    study: GrainStudy, folder: Path, eta: float, anew: bool, workers: int | None, progress: Progress
-) -> xr.Dataset:
-    path = _file(folder, "probes", eta, "nc")
-    if path.exists() and not anew:
-        return read_dataset(path)
-    sample = Assembly.from_state(State.from_file(_file(folder, "state", eta, "h5")))
-    sample.damping = study.probes.damping
-    around = directions.rendulic(study.probes.step_deg)
-    probes = probe(sample, around, study.probes.norms, study.probes.n_steps, workers=workers, progress=progress)
-    write_dataset(probes, path)
-    return probes
-
-
 def _table(study: GrainStudy, folder: Path, curves: list[xr.Dataset], probes: list[xr.Dataset]) -> xr.Dataset:
     """One row per state: what it is, how it was reached, and its answer at every norm."""
     import xarray as xr
 
-    samples = [Assembly.from_state(State.from_file(_file(folder, "state", eta, "h5"))) for eta in study.loading.eta]
+    samples = [Assembly.from_state(State.from_file(file_of(folder, "state", eta, "h5"))) for eta in study.loading.eta]
     stresses = np.array([sample.stress for sample in samples])
     columns = {
         "eta": ("stress ratio at rest", "1", [sample.eta for sample in samples]),

@@ -1,0 +1,155 @@
+"""Bursts: kinetic energy, strain and energies of a disturbed state; predicted against observed failure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+
+from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["burst_table", "bursts", "equation_1"]
+
+# settles, fails, arrested, undecided, as in `probing.burst.VERDICTS`
+MARKS = (("o", COLOURS[0]), ("X", NEGATIVE), ("D", COLOURS[5]), ("s", "#888888"))
+WORDS = ("settles", "fails", "avalanche, arrested", "undecided")
+HELD = 2
+
+
+def bursts(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
+    """Kinetic energy and strain against time after the disturbance, and where the energy of the wildest went.
+
+    Parameters
+    ----------
+    curves : mapping of label to xarray.Dataset
+        From `rd.burst` of grains.
+    title : str
+        Above the row.
+    """
+    figure = new_figure(9.6, 3.3)
+    with mpl.rc_context(RC):
+        energy, strain, books = figure.subplots(1, 3)
+        families = {"fails": ("-", NEGATIVE), "arrested": ("-", COLOURS[5]), "settles": ("-", COLOURS[0])}
+        seen: set[str] = set()
+        for label, curve in curves.items():
+            verdict = curve.attrs["verdict"]
+            style, colour = families.get(verdict, (":", "#888888"))
+            time, word = 1e3 * curve.time.values, verdict if verdict not in seen else None
+            seen.add(verdict)
+            kinetic = curve.kinetic_energy.values / curve.attrs["reference_energy"]
+            energy.plot(time[1:], np.maximum(kinetic[1:], 1e-6), style, color=colour, lw=1.0, label=word)
+            strain.plot(time, curve.strain_along.values / curve.attrs["norm"], style, color=colour, lw=1.0)
+            strain.annotate(label, (time[-1], curve.strain_along.values[-1] / curve.attrs["norm"]), fontsize=6.5,
+                            xytext=(3, 0), textcoords="offset points", va="center", color=colour,
+                            visible=verdict != "settles")  # fmt: skip
+        one = next(iter(curves.values()))
+        released = 1e3 * float(one.time.values[np.flatnonzero(one.phase.values == HELD)[0] - 1])
+        for axes in (energy, strain):
+            axes.axvspan(0.0, released, color=FAINT, alpha=0.5, lw=0)
+            axes.set_xlabel("time [ms]")
+        energy.set_yscale("log")
+        energy.set_ylabel("kinetic energy / that of the disturbance")
+        energy.set_title("kinetic energy", loc="left")
+        energy.legend(loc="best")
+        strain.set_yscale("symlog", linthresh=1.0)
+        strain.set_ylabel("strain along the direction / disturbance")
+        strain.set_title("strain", loc="left")
+        strain.margins(x=0.15)
+        _books(books, max(curves.values(), key=lambda curve: curve.attrs["kinetic_growth"]))
+        figure.suptitle(title, x=0.02, ha="left")
+    return figure
+
+
+def _books(axes: Axes, curve: xr.Dataset) -> None:
+    time = 1e3 * curve.time.values
+    kept = curve.kinetic_energy.values - curve.kinetic_energy.values[0]
+    for values, label, colour in (
+        (curve.boundary_work.values, "work of the walls", INK),
+        (curve.elastic_energy.values, "stored", COLOURS[0]),
+        (curve.friction_work.values, "friction", COLOURS[1]),
+        (curve.damping_work.values, "damping", COLOURS[3]),
+        (kept, "kinetic", COLOURS[2]),
+    ):
+        axes.plot(time, values, color=colour, lw=1.2, label=label)
+    axes.set_xlabel("time [ms]")
+    axes.set_ylabel("energy since rest [J]")
+    axes.set_title(f"largest burst, {curve.attrs.get('alpha', float('nan')):g}°; "
+                   f"books close to {curve.attrs['balance_error']:.0e}", loc="left")  # fmt: skip
+    axes.legend(loc="best")
+
+
+def equation_1(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
+    """Eq. 1, step by step: change of kinetic energy in a step against work of first and of second order.
+
+    Parameters
+    ----------
+    curves : mapping of label to xarray.Dataset
+        From `rd.burst` of grains.
+    title : str
+        Above the diagram.
+    """
+    figure = new_figure(4.6, 3.6)
+    with mpl.rc_context(RC):
+        axes = figure.add_subplot()
+        left = np.concatenate([curve.d_kinetic.values[1:] for curve in curves.values()])
+        second = np.concatenate([0.5 * (curve.b2 - curve.w2).values[1:] for curve in curves.values()])
+        first = np.concatenate([curve.first_order.values[1:] for curve in curves.values()])
+        smallest = np.quantile(np.abs(left), 0.05)
+        span = np.array([-np.abs(left).max(), np.abs(left).max()])
+        axes.plot(span, span, color=INK, lw=0.6)
+        axes.plot(first + second, left, ".", color=COLOURS[0], ms=3, label=r"$F\cdot dx + (B_2-W_2)/2$")
+        axes.plot(second, left, ".", color=COLOURS[1], ms=2, alpha=0.6, label=r"$(B_2-W_2)/2$ alone")
+        axes.set_xscale("symlog", linthresh=max(smallest, 1e-300))
+        axes.set_yscale("symlog", linthresh=max(smallest, 1e-300))
+        axes.set_xlabel("work in one time step [J]")
+        axes.set_ylabel("change of kinetic energy [J]")
+        axes.tick_params(labelsize=6)
+        axes.set_title(title, loc="left")
+        axes.legend(loc="upper left")
+    return figure
+
+
+def burst_table(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
+    """Predicted against observed failure around the Rendulic plane, one row per state.
+
+    Each symbol is a burst: its height is the second-order work that predicts (failure below zero), its shape what was
+    observed. Full symbols agree, open ones do not.
+
+    Parameters
+    ----------
+    tables : mapping of label to xarray.Dataset
+        From `rd.bursts`.
+    title : str
+        Above all.
+    """
+    figure = new_figure(7.0, 1.0 + 1.35 * len(tables))
+    with mpl.rc_context(RC):
+        grid = figure.subplots(len(tables), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (label, table) in zip(grid, tables.items(), strict=True):
+            alpha, w2n = table.alpha.values, table.w2_normalised.values
+            axes.axhspan(-1.05, 0.0, color=NEGATIVE, alpha=0.07, lw=0)
+            axes.axhline(0.0, color=NEGATIVE, lw=1.0, ls="--")
+            axes.plot(alpha, w2n, color=FAINT, lw=1.0, zorder=1)
+            for index, (marker, colour) in enumerate(MARKS):
+                here = table.verdict.values == index
+                agrees = (table.predicted.values == table.observed.values) & (index != 3)
+                for which, face in ((here & agrees, colour), (here & ~agrees, "white")):
+                    axes.plot(alpha[which], w2n[which], marker, mfc=face, mec=colour, ms=5, ls="none")
+            axes.set_ylim(-1.05, 1.1)
+            axes.set_ylabel(r"$W_{2n}$")
+            axes.set_title(label, loc="left")
+        for marker, colour, word in [(*mark, word) for mark, word in zip(MARKS, WORDS, strict=True)]:
+            grid[0].plot([], [], marker, color=colour, ls="none", ms=5, label=word)
+        grid[0].plot([], [], "o", mfc="white", mec=INK, ls="none", ms=5, label="open: against the prediction")
+        figure.legend(loc="outside lower center", ncols=5)
+        grid[-1].set_xlabel("direction of the strain increment [degrees]")
+        grid[-1].set_xticks(range(0, 361, 45))
+        figure.suptitle(title, x=0.02, ha="left")
+    return figure
