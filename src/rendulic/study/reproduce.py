@@ -20,7 +20,7 @@ from rendulic.io.tables import write_dataset
 from rendulic.progress import Progress, silent
 from rendulic.state import State
 from rendulic.study.config import GrainStudy
-from rendulic.study.stages import claim, file_of, final_curve, probes_at, specimen_of
+from rendulic.study.stages import claim, file_of, final_curve, probes_at, specimen_of, state_at
 from rendulic.tensors.invariants import deviatoric_stress, mean_stress
 
 if TYPE_CHECKING:
