@@ -1,7 +1,8 @@
-"""The cone of unstable directions, its edges refined by bisection."""
+"""The cone of unstable directions, its edges refined by bisection, each with its uncertainty."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -10,17 +11,21 @@ import numpy as np
 from rendulic.checks import positive_number
 from rendulic.errors import InvalidInput
 from rendulic.loading.directions import Directions, axisymmetric, rendulic
+from rendulic.probing.edges import Edge, between, drift_level, find_edges, largest_gap, probes_wanted, sectors_of, wrap
 from rendulic.probing.probe import probe
 from rendulic.progress import Progress, silent
 from rendulic.specimen import Specimen
+from rendulic.tensors.rendulic_plane import direction_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Cone", "instability_cone"]
+__all__ = ["Cone", "cone_of", "instability_cone", "probe_to_edges"]
 
 FINEST = 1e-9  # degrees to which an edge can be bracketed
 WIDEST = 60.0  # degrees between the directions that are probed first
+
+Sectors = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +36,7 @@ class Cone:
     ----------
     sectors : tuple of (from, to)
         Directions in degrees, counter-clockwise, `from` in [0, 360), `to` beyond it; (0, 360) if W2 is
-        negative all around.
+        negative all around. Directions are those of what was imposed: strain, or stress for stress probes.
     tolerance : float
         Width in degrees within which each edge was bracketed; the edge is in its middle.
     smallest_w2n : float
@@ -41,15 +46,38 @@ class Cone:
     is_significant : bool
         Whether that value exceeds the share of the null probe's drift in it.
     probes : xarray.Dataset
-        Every direction that was probed, sorted; see `rd.probe`.
+        Every direction that was probed, sorted; see `rd.probe`. Stress probes have `strain_alpha`, too: the direction
+        in degrees of the strain that answered.
+    edge_uncertainty : tuple of (of from, of to)
+        Degrees either way, for each edge of `sectors`: half its bracket plus the shift that the null probe's drift can
+        cause (see Notes). 180 if the drift alone could make the edge, NaN for a sector without edges.
+    drift_share : float
+        `|w2_drift|` over the norms of stress and strain: what the drift has in `smallest_w2n`.
+    kind : {"strain", "stress"}
+        What was imposed.
+    strain_sectors, strain_edge_uncertainty : tuples
+        The sectors in directions of strain, and their uncertainty: for strain probes the same, for stress probes those
+        that the strains answering within each sector span. Only so do cones of both kinds compare.
+
+    Notes
+    -----
+    In the band around an edge where |W2n| is less than `|d_sigma_0| / |d_sigma| + |d_eps_0| / |d_eps|`, with the
+    increments of the null probe marked 0, its drift can make the sign. The farther end of this band, linear between
+    probes, is the shift. It contains the edge of `w2_normalised_without_drift`, and needs no slope of W2n. What other
+    realisations of the same state would give is not in it: see `rd.cone_ensemble`.
     """
 
-    sectors: tuple[tuple[float, float], ...]
+    sectors: Sectors
     tolerance: float
     smallest_w2n: float
     smallest_alpha: float
     is_significant: bool
     probes: xr.Dataset = field(repr=False)
+    edge_uncertainty: Sectors
+    drift_share: float
+    kind: str
+    strain_sectors: Sectors
+    strain_edge_uncertainty: Sectors
 
     @property
     def is_empty(self) -> bool:
@@ -61,6 +89,18 @@ class Cone:
         """Angle of all sectors together, in degrees."""
         return float(sum(last - first for first, last in self.sectors))
 
+    def __str__(self) -> str:
+        if self.is_empty:
+            words = "no unstable direction"
+        else:
+            words = "unstable from " + ", ".join(
+                f"{first:.4g} +- {low:.2g} to {last:.4g} +- {high:.2g}"
+                for (first, last), (low, high) in zip(self.sectors, self.edge_uncertainty, strict=True)
+            )
+            words += " degrees" + (" of stress" if self.kind == "stress" else "")
+        sure = "" if self.is_significant else ", not larger than the drift"
+        return f"{words}; smallest W2n {self.smallest_w2n:.3g} at {self.smallest_alpha:.4g} degrees{sure}"
+
 
 def instability_cone(
     specimen: Specimen,
@@ -70,6 +110,7 @@ def instability_cone(
     *,
     kind: str = "strain",
     tolerance: float = 0.5,
+    refine_smallest: bool = False,
     workers: int | None = None,
     progress: Progress = silent,
 ) -> Cone:
@@ -89,6 +130,9 @@ def instability_cone(
         As for `rd.probe`.
     tolerance : float
         Degrees.
+    refine_smallest : bool
+        Whether the direction of the smallest value is bracketed within the tolerance, too: a cone that has just
+        opened is narrower than the directions are apart.
 
     Returns
     -------
@@ -99,50 +143,123 @@ def instability_cone(
     InvalidInput
         If the directions leave a gap of more than 60 degrees.
     """
+    probed = probe_to_edges(
+        specimen, directions, positive_number("norm", norm), n_steps, kind=kind, tolerance=tolerance,
+        refine_smallest=refine_smallest, workers=workers, progress=progress,
+    )  # fmt: skip
+    return cone_of(probed)
+
+
+def probe_to_edges(
+    specimen: Specimen,
+    directions: Directions | None,
+    norm: float | Sequence[float],
+    n_steps: int,
+    *,
+    kind: str = "strain",
+    tolerance: float = 0.5,
+    refine_smallest: bool = False,
+    workers: int | None = None,
+    progress: Progress = silent,
+) -> xr.Dataset:
+    """Probes all around, with those that bracket every edge of every norm; see `instability_cone`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As of `rd.probe`, sorted by direction.
+    """
     import xarray as xr
 
     tolerance = max(positive_number("tolerance of a cone's edges", tolerance, "degrees"), FINEST)
-    norm = positive_number("norm", norm)
     if directions is not None and not isinstance(directions, Directions):
         raise InvalidInput(
             f"a cone has its edges in the Rendulic plane: give rd.directions.rendulic(...), not {directions!r}; for the "
             "whole sphere see rd.probe and rd.figures.stereogram"
         )
-    around = axisymmetric(np.unique(np.array((directions or rendulic()).alpha) % 360.0))
-    gaps = (np.roll(around.alpha, -1) - np.array(around.alpha)) % 360.0
-    if len(around) < 2 or gaps.max() > WIDEST:
+    around = np.unique(np.array((directions or rendulic()).alpha) % 360.0)
+    _check_all_around(around)
+    probed, wanted = None, around
+    while len(wanted):
+        more = probe(specimen, axisymmetric(wanted), norm, n_steps, kind=kind, workers=workers, progress=progress)
+        if probed is not None:
+            more = xr.concat([probed, more], "alpha", data_vars="minimal", coords="minimal", compat="override")
+        probed = more.sortby("alpha")
+        w2n = np.atleast_2d(probed.w2_normalised.transpose(..., "alpha").values)
+        wanted = probes_wanted(probed.alpha.values, w2n, tolerance, refine_smallest)
+    assert probed is not None
+    return probed
+
+
+def _check_all_around(alpha: np.ndarray) -> None:
+    if largest_gap(alpha) > WIDEST:
         raise InvalidInput(
             f"the directions of a cone must go all around, at most {WIDEST:g} degrees apart; the widest gap is "
-            f"{gaps.max() if len(around) > 1 else 360:g} degrees: nothing is known of what lies in it"
+            f"{largest_gap(alpha):g} degrees: nothing is known of what lies in it"
         )
-    probed = probe(
-        specimen, around, norm, n_steps, kind=kind, workers=workers, progress=progress
-    )  # fmt: skip
-    while True:
-        probed = probed.sortby("alpha")
-        alpha = probed.alpha.values
-        negative = probed.w2_normalised.values < 0.0
-        gaps = (np.roll(alpha, -1) - alpha) % 360.0
-        edges = np.flatnonzero(negative != np.roll(negative, -1))
-        wide = edges[gaps[edges] > tolerance]
-        if not len(wide):
-            break
-        middles = axisymmetric((alpha[wide] + 0.5 * gaps[wide]) % 360.0)
-        more = probe(specimen, middles, norm, n_steps, kind=kind, workers=workers, progress=progress)
-        probed = xr.concat([probed, more], "alpha", data_vars="minimal", coords="minimal", compat="override")
-    worst = int(np.nanargmin(probed.w2_normalised.values))
-    middles = alpha[edges] + 0.5 * gaps[edges]
-    opens = [float(m) for m, edge in zip(middles, edges, strict=True) if not negative[edge]]
-    closes = [float(m) for m, edge in zip(middles, edges, strict=True) if negative[edge]]
-    if not opens:
-        sectors: tuple[tuple[float, float], ...] = ((0.0, 360.0),) if negative.all() else ()
-    else:
-        sectors = tuple(sorted((a % 360.0, a % 360.0 + min((b - a) % 360.0 for b in closes)) for a in opens))
+
+
+def cone_of(probes: xr.Dataset) -> Cone:
+    """The cone that probes of the Rendulic plane show, its edges between the directions that there are.
+
+    Parameters
+    ----------
+    probes : xarray.Dataset
+        From `rd.probe`, directions all around, at one norm (`probes.sel(norm=...)` of a sweep).
+
+    Raises
+    ------
+    InvalidInput
+        If they are of several norms, not in the Rendulic plane, or leave a gap of more than 60 degrees.
+    """
+    if "alpha" not in probes.dims or "norm" in probes.dims:
+        raise InvalidInput(
+            "a cone needs probes in the Rendulic plane at one norm, got dimensions "
+            f"{', '.join(map(str, probes.dims))}: select a norm with probes.sel(norm=...)"
+        )
+    probes = probes.sortby("alpha")
+    alpha, w2n = probes.alpha.values, probes.w2_normalised.values
+    _check_all_around(alpha)
+    is_strain = probes.attrs["kind"] == "strain"
+    d_sigma, d_eps = (probes[name].transpose("alpha", "component").values for name in ("d_sigma", "d_eps"))
+    strain_alpha = alpha if is_strain else direction_of(d_eps)
+    if not is_strain:
+        about = {"long_name": "direction of the strain that answered", "units": "degree"}
+        probes = probes.assign(strain_alpha=("alpha", strain_alpha, about))
+    level = drift_level(d_sigma, d_eps, probes.d_sigma_null.values, probes.d_eps_null.values)
+    edges = find_edges(alpha, w2n, level, strain_alpha)
+    pairs = sectors_of(edges)
+    everywhere: Sectors = ((0.0, 360.0),) if (w2n < 0.0).all() else ()
+    unbounded = ((float("nan"),) * 2,) * len(everywhere)
+    sectors = tuple(between(first.alpha, last.alpha) for first, last in pairs) or everywhere
+    uncertainty = tuple((first.uncertainty, last.uncertainty) for first, last in pairs) or unbounded
+    answers = [_answered(pair, strain_alpha) for pair in pairs]
+    worst = int(np.nanargmin(w2n)) if np.isfinite(w2n).any() else 0
+    size = float(np.linalg.norm(d_sigma[worst]) * np.linalg.norm(d_eps[worst]))
+    drift = float(abs(probes.w2_drift.values[worst]))
+    gaps = (np.roll(alpha, -1) - alpha) % 360.0
     return Cone(
         sectors=sectors,
-        tolerance=float(gaps[edges].max()) if len(edges) else 0.0,
-        smallest_w2n=float(probed.w2_normalised[worst]),
+        tolerance=float(max((gaps[edge.before] for edge in edges), default=0.0)),
+        smallest_w2n=float(w2n[worst]),
         smallest_alpha=float(alpha[worst]),
-        is_significant=bool(probed.is_significant[worst]),
-        probes=probed,
+        is_significant=bool(probes.is_significant[worst]),
+        probes=probes,
+        edge_uncertainty=uncertainty,
+        drift_share=drift / size if size > 0.0 else float("nan"),
+        kind=probes.attrs["kind"],
+        strain_sectors=sectors if is_strain else tuple(sector for sector, _ in answers) or everywhere,
+        strain_edge_uncertainty=uncertainty if is_strain else tuple(each for _, each in answers) or unbounded,
     )
+
+
+def _answered(pair: tuple[Edge, Edge], answered: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The sector that the answers run through from one edge to the other, and the uncertainty of its ends."""
+    first, last = pair
+    inside = [first.before + 1 + k for k in range((last.before - first.before) % len(answered))]
+    way = [first.answered, *(answered[k % len(answered)] for k in inside), last.answered]
+    turned = float(wrap(np.diff(way)).sum())
+    # a response can turn the plane over: then the answers run clockwise
+    low, high = (first, last) if turned >= 0.0 else (last, first)
+    start = low.answered % 360.0
+    return (start, start + abs(turned)), (low.answered_uncertainty, high.answered_uncertainty)

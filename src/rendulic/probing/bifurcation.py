@@ -1,0 +1,196 @@
+"""The bifurcation map: how the cone opens as the stress ratio grows, and where it first does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rendulic.checks import finite_array
+from rendulic.errors import InvalidInput
+from rendulic.loading.directions import Directions
+from rendulic.loading.paths import Path
+from rendulic.probing.cone import Cone, instability_cone
+from rendulic.probing.cone_table import cone_table, with_spread
+from rendulic.specimen import Specimen
+from rendulic.tensors.invariants import stress_ratio
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["bifurcation_map", "first_negative", "states_along"]
+
+MaybeSpecimen = Specimen | None  # None: it has no such state
+THERE = 1e-9  # of a stress ratio that need not be loaded to
+
+
+def states_along(
+    specimens: Specimen | Iterable[Specimen],
+    path: Callable[[float], Path],
+    etas: Sequence[float],
+    at_rest: Callable[[Any], object] | None = None,
+    **options: Any,
+) -> Iterator[tuple[float, list[MaybeSpecimen]]]:
+    """Load specimens from one stress ratio to the next, and yield each ratio with copies of the states there.
+
+    For `bifurcation_map`. The specimens are loaded in place, when the next ratio is asked for.
+
+    Parameters
+    ----------
+    specimens : Specimen or iterable of Specimen
+        In their first state.
+    path : callable
+        The path to a stress ratio, e.g. `lambda eta: rd.paths.drained_triaxial(0.3, until_eta=eta)`.
+    etas : sequence of float
+        Stress ratios in the order of loading.
+    at_rest : callable, optional
+        Called with the copy before it is yielded; for grains `lambda copy: rd.dem.bring_to_rest(copy, "stress")`.
+    options
+        For the loading of this kind of specimen.
+
+    Yields
+    ------
+    eta, states
+        A list as long as there are specimens, with None for one whose path ended before this ratio.
+    """
+    every: list[MaybeSpecimen] = [specimens] if isinstance(specimens, Specimen) else list(specimens)
+    for eta in finite_array("etas", etas, (None,)).tolist():
+        copies: list[MaybeSpecimen] = []
+        for k, specimen in enumerate(every):
+            if specimen is not None and abs(float(stress_ratio(specimen.stress)) - eta) > THERE:
+                curve = specimen.load(path(eta), **options)
+                if curve.attrs["stopped_by"] != "eta":
+                    every[k] = specimen = None
+            copy = None if specimen is None else specimen.clone()
+            if copy is not None and at_rest is not None:
+                at_rest(copy)
+            copies.append(copy)
+        yield eta, copies
+
+
+def bifurcation_map(
+    states: Mapping[float, MaybeSpecimen | Sequence[MaybeSpecimen]]
+    | Iterable[tuple[float, MaybeSpecimen | Sequence[MaybeSpecimen]]],
+    directions: Directions | None = None,
+    norm: float = 5e-5,
+    n_steps: int = 5000,
+    *,
+    labels: Sequence[Any] | None = None,
+    refine_smallest: bool = True,
+    **options: Any,
+) -> xr.Dataset:
+    """Cone edges against stress ratio, and the first ratio at which the second-order work vanishes.
+
+    Parameters
+    ----------
+    states : mapping of eta to state(s), or iterable of such pairs
+        Of each stress ratio a specimen, or a list of several of one recipe, always in the same order, with None for
+        one that has no such state. Pairs are taken one after the other: see `states_along`.
+    directions, norm, n_steps, options
+        As for `rd.instability_cone`.
+    labels : sequence, optional
+        One for each specimen of a list, e.g. the seeds.
+    refine_smallest : bool
+        Whether the smallest W2n is sought between the directions, too; the first ratio rests on it.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions `eta`, `specimen`, `sector`; for each state as `rd.cone_ensemble`, with its `measured_eta`, and the
+        summaries over specimens at each eta. For each specimen `first_eta`: where the smallest W2n vanishes,
+        linear between the last ratio at which it is positive and the first at which it is negative, each time
+        larger than the drift; `first_eta_from` and `first_eta_to` are these two, the uncertainty.
+        `first_eta_reason` says why there is none.
+
+    Raises
+    ------
+    InvalidInput
+        If there are no states, a stress ratio comes twice, or lists differ in length.
+
+    Examples
+    --------
+    >>> import rendulic as rd
+    >>> sand = rd.ChangHicher().at(pressure=300e3, void_ratio=0.9)
+    >>> drained = lambda eta: rd.paths.drained_triaxial(0.3, until_eta=eta)
+    >>> table = rd.bifurcation_map(rd.states_along(sand, drained, [0.8, 0.9, 1.0]), norm=1e-7, n_steps=1)
+    >>> round(float(table.first_eta[0]), 2), table.first_eta_reason.item()
+    (0.89, 'found')
+    """
+    rows: dict[float, list[Cone | None]] = {}
+    measured: dict[float, list[float]] = {}
+    for eta, here in states.items() if isinstance(states, Mapping) else states:
+        (eta,) = finite_array("eta of a bifurcation map", [eta], (1,)).tolist()
+        if eta in rows:
+            raise InvalidInput(f"eta = {eta:g} comes twice: give all specimens of one stress ratio in one list")
+        row = [here] if here is None or isinstance(here, Specimen) else list(here)
+        rows[eta] = [
+            None if one is None else instability_cone(
+                one, directions, norm, n_steps, refine_smallest=refine_smallest, **options
+            )
+            for one in row
+        ]  # fmt: skip
+        measured[eta] = [np.nan if one is None else float(stress_ratio(one.stress)) for one in row]
+    counts = {len(row) for row in rows.values()}
+    if len(counts) != 1 or counts == {0}:
+        raise InvalidInput(
+            "a bifurcation map needs at every stress ratio the same number of specimens, one at least (None for one that "
+            f"has no such state), got {sorted(counts) or 'no stress ratio'}"
+        )
+    etas, (count,) = sorted(rows), counts
+    labels = list(range(count) if labels is None else labels)
+    if len(labels) != count:
+        raise InvalidInput(
+            f"there are {count} specimens at each stress ratio and {len(labels)} labels: give one for each"
+        )
+    cones = np.empty((len(etas), count), dtype=object)
+    cones[:] = [rows[eta] for eta in etas]
+    table = cone_table(cones, {"eta": etas, "specimen": labels})
+    table.eta.attrs = {"long_name": "stress ratio q/p", "units": "1"}
+    about = {"long_name": "stress ratio of the state that was probed", "units": "1"}
+    table["measured_eta"] = (("eta", "specimen"), np.array([measured[eta] for eta in etas]), about)
+    first = [
+        first_negative(np.array(etas), table.smallest_w2n.values[:, k], table.is_significant.values[:, k])
+        for k in range(count)
+    ]
+    for name, label, column in (
+        ("first_eta", "stress ratio at which W2 first vanishes", 0),
+        ("first_eta_from", "last stress ratio before it with W2 positive", 1),
+        ("first_eta_to", "first stress ratio with W2 negative", 2),
+    ):
+        values = np.array([row[column] for row in first], dtype=float)
+        table[name] = ("specimen", values, {"long_name": label, "units": "1"})
+    about = {"long_name": "how the first stress ratio was found, or why not"}
+    table["first_eta_reason"] = ("specimen", np.array([row[3] for row in first]), about)
+    kinds = {cone.kind for cone in cones.flat if cone is not None}
+    return with_spread(table).assign_attrs(norm=norm, n_steps=n_steps, kind=", ".join(kinds))
+
+
+def first_negative(eta: np.ndarray, smallest: np.ndarray, is_sure: np.ndarray) -> tuple[float, float, float, str]:
+    """The first eta at which the smallest W2n vanishes, the ratios on both sides of it, and how it was found.
+
+    Parameters
+    ----------
+    eta, smallest, is_sure : (n,) arrays
+        Increasing ratios, the smallest W2n of each (NaN: no such state), and whether it exceeds the drift.
+
+    Examples
+    --------
+    >>> first_negative(np.array([0.2, 0.4, 0.6]), np.array([0.3, 0.1, -0.1]), np.ones(3, dtype=bool))
+    (0.5, 0.4, 0.6, 'found')
+    """
+    nowhere = (float("nan"),) * 3
+    sure = np.flatnonzero(is_sure & np.isfinite(smallest))
+    if not len(sure):
+        return (*nowhere, "no smallest W2n exceeds the drift")
+    negative = sure[smallest[sure] < 0.0]
+    if not len(negative):
+        return (*nowhere, f"W2 is positive up to eta = {eta[sure[-1]]:g}")
+    after = int(negative[0])
+    positive = sure[(sure < after) & (smallest[sure] > 0.0)]
+    if not len(positive):
+        return (*nowhere, f"W2 is negative from eta = {eta[after]:g} on, the first that was probed")
+    before = int(positive[-1])
+    share = smallest[before] / (smallest[before] - smallest[after])
+    at = float(eta[before] + share * (eta[after] - eta[before]))
+    return at, float(eta[before]), float(eta[after]), "found"

@@ -1,0 +1,199 @@
+"""Edges of sectors of negative second-order work: where to probe next, and how sure an edge is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = [
+    "UNKNOWN",
+    "Edge",
+    "between",
+    "drift_level",
+    "find_edges",
+    "largest_gap",
+    "probes_wanted",
+    "sectors_of",
+    "wrap",
+]
+
+UNKNOWN = 180.0  # degrees: of an edge that the drift alone could make
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A change of sign of the second-order work between neighbouring directions; angles in degrees.
+
+    Parameters
+    ----------
+    opens : bool
+        Whether W2 is negative counter-clockwise of it.
+    before : int
+        Index of the probe on its clockwise side; the next one is on the other side.
+    alpha : float
+        Middle of the bracket, and
+    uncertainty : float
+        half the bracket plus the shift that the drift can cause.
+    answered, answered_uncertainty : float
+        The same edge in directions of the answer; see `find_edges`.
+    """
+
+    opens: bool
+    before: int
+    alpha: float
+    uncertainty: float
+    answered: float
+    answered_uncertainty: float
+
+
+def wrap(angle):
+    """Angles in degrees between -180 and 180.
+
+    >>> float(wrap(350.0))
+    -10.0
+    """
+    return (np.asarray(angle, dtype=float) + 180.0) % 360.0 - 180.0
+
+
+def largest_gap(alpha: np.ndarray) -> float:
+    """Widest distance between neighbours of sorted directions, in degrees; 360 if there are fewer than two.
+
+    >>> largest_gap(np.array([0.0, 90.0, 300.0]))
+    210.0
+    """
+    return float(((np.roll(alpha, -1) - alpha) % 360.0).max()) if len(alpha) > 1 else 360.0
+
+
+def probes_wanted(alpha: np.ndarray, w2n: np.ndarray, tolerance: float, seek_smallest: bool = False) -> np.ndarray:
+    """Directions that bring every edge, and if asked the smallest value, closer to its bracket.
+
+    Parameters
+    ----------
+    alpha : (n,) array
+        Sorted directions in degrees.
+    w2n : (m, n) array
+        Normalised second-order work, of m norms; the directions wanted are those of all of them.
+    tolerance : float
+        Degrees beneath which a bracket is left as it is.
+    seek_smallest : bool
+        Whether also the neighbours of the smallest value are brought within the tolerance.
+    """
+    gaps = (np.roll(alpha, -1) - alpha) % 360.0
+    wanted = np.zeros(len(alpha), dtype=bool)  # whether to halve the gap after each direction
+    for row in w2n:
+        negative = row < 0.0
+        wanted |= negative != np.roll(negative, -1)
+        if seek_smallest and np.isfinite(row).any():
+            least = int(np.nanargmin(row))
+            wanted[[least - 1, least]] = True
+    wanted &= gaps > tolerance
+    return (alpha[wanted] + 0.5 * gaps[wanted]) % 360.0
+
+
+def drift_level(d_sigma: np.ndarray, d_eps: np.ndarray, sigma_drift: np.ndarray, eps_drift: np.ndarray) -> np.ndarray:
+    """Share that a drift as large as the null probe's can have in W2n, in whatever direction it points.
+
+    Parameters
+    ----------
+    d_sigma, d_eps : (n, 3) arrays
+        Principal increments of the probes, and
+    sigma_drift, eps_drift : (3,) arrays
+        of the null probe.
+
+    Returns
+    -------
+    (n,) array
+        `|d_sigma_0| / |d_sigma| + |d_eps_0| / |d_eps|`, the bound of Cauchy and Schwarz; 2, more than W2n can
+        ever be, where a probe has no answer.
+    """
+    level = np.zeros(len(d_sigma))
+    for increments, drift in ((d_sigma, sigma_drift), (d_eps, eps_drift)):
+        size = np.linalg.norm(increments, axis=-1)
+        level += np.divide(np.linalg.norm(drift), size, out=np.full(len(size), 2.0), where=size > 0.0)
+    return np.where(np.isfinite(level), np.minimum(level, 2.0), 2.0)
+
+
+def find_edges(alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: np.ndarray) -> list[Edge]:
+    """Edges of the sectors in which W2n is negative, each with its uncertainty.
+
+    1. An edge lies between two neighbours of different sign: its middle is the edge, half of it its first uncertainty.
+    2. From the zero of W2n (linear between the two) one goes either way until |W2n| exceeds `level`. Within
+       this band the drift can make the sign, so the edge can be anywhere in it; the farther end is the
+       second uncertainty. A W2n that is nearly flat makes the band wide, no slope is fitted.
+    3. If W2n changes its sign again before it exceeds the level, the drift could remove this edge: it is UNKNOWN.
+
+    Parameters
+    ----------
+    alpha : (n,) array
+        Sorted directions in degrees, all around.
+    w2n, level : (n,) arrays
+        Normalised second-order work, and the value below which its sign can be the drift's.
+    answered : (n,) array
+        Directions of the answers in degrees. Each edge is given in these, too: where the answer is when W2n is zero,
+        linear between the two probes; its uncertainty is half the angle between their answers plus that of the band.
+    """
+    negative = w2n < 0.0
+    found = []
+    for k in np.flatnonzero(negative != np.roll(negative, -1)):
+        ahead = np.roll(np.arange(len(alpha)), -int(k) - 1)  # from the probe after the edge, once around
+        behind = ahead[::-1]
+        gap = float((alpha[ahead[0]] - alpha[k]) % 360.0)
+        turn = float(wrap(answered[ahead[0]] - answered[k]))
+        at_k, after = np.nan_to_num(w2n[[k, ahead[0]]])
+        zero = float(at_k / (at_k - after)) if at_k != after else 0.5
+        reach, answered_reach = 0.0, 0.0
+        for order, start in ((ahead, zero), (behind, 1.0 - zero)):
+            way, answered_way = _reach(order, start, alpha, w2n, level, answered)
+            reach, answered_reach = max(reach, way), max(answered_reach, answered_way)
+        found.append(
+            Edge(
+                opens=bool(negative[ahead[0]]),
+                before=int(k),
+                alpha=float(alpha[k] + 0.5 * gap),
+                uncertainty=min(0.5 * gap + reach, UNKNOWN),
+                answered=float((answered[k] + zero * turn) % 360.0),
+                answered_uncertainty=min(0.5 * abs(turn) + answered_reach, UNKNOWN),
+            )
+        )
+    return found
+
+
+def _reach(
+    order: np.ndarray, start: float, alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: np.ndarray
+) -> tuple[float, float]:
+    """How far from the zero of W2n the drift can move it, one way around: in direction, and in that of the answer.
+
+    The probes come in `order`; the last of them is the one on the other side of the edge, and the zero is at the share
+    `start` of the way from it to the first.
+    """
+    sign = -1.0 if w2n[order[0]] < 0.0 else 1.0
+    excess = np.nan_to_num(sign * w2n - level, nan=-2.0)  # by how much the sign is sure
+    way = answered_way = 0.0
+    last, share = order[-1], start
+    for now in order[:-1]:
+        if (w2n[now] < 0.0) != (sign < 0.0):
+            break
+        gap, turn = float(abs(wrap(alpha[now] - alpha[last]))), float(abs(wrap(answered[now] - answered[last])))
+        if excess[now] > 0.0 or level[now] == 0.0:
+            end = max(excess[last] / (excess[last] - excess[now]), share) if excess[last] < excess[now] else share
+            return float(way + (end - share) * gap), float(answered_way + (end - share) * turn)
+        way, answered_way = way + (1.0 - share) * gap, answered_way + (1.0 - share) * turn
+        last, share = now, 0.0
+    return UNKNOWN, UNKNOWN
+
+
+def between(first: float, last: float) -> tuple[float, float]:
+    """The sector from `first` counter-clockwise to `last`: `from` in [0, 360), `to` beyond it.
+
+    >>> between(350.0, 10.0)
+    (350.0, 370.0)
+    """
+    return first % 360.0, first % 360.0 + (last - first) % 360.0
+
+
+def sectors_of(edges: list[Edge]) -> list[tuple[Edge, Edge]]:
+    """Edges in pairs: each that opens with the one that closes it, sorted by direction."""
+    closing = [edge for edge in edges if not edge.opens]
+    pairs = [(edge, min(closing, key=lambda other: (other.alpha - edge.alpha) % 360.0)) for edge in edges if edge.opens]
+    return sorted(pairs, key=lambda pair: pair[0].alpha % 360.0)
