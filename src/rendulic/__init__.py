@@ -57,11 +57,17 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "Snapshot": ("rendulic.snapshot", "Snapshot"),
     "Specimen": ("rendulic.specimen", "Specimen"),
     "State": ("rendulic.state", "State"),
+    "anatomy": ("rendulic.probing.anatomy", "anatomy"),
+    "bifurcation_map": ("rendulic.probing.bifurcation", "bifurcation_map"),
     "burst": ("rendulic.probing.burst", "burst"),
     "bursts": ("rendulic.probing.burst", "bursts"),
+    "cone_ensemble": ("rendulic.probing.ensemble", "cone_ensemble"),
+    "cone_of": ("rendulic.probing.cone", "cone_of"),
+    "cones_by_amplitude": ("rendulic.probing.amplitude", "cones_by_amplitude"),
     "instability_cone": ("rendulic.probing.cone", "instability_cone"),
     "probe": ("rendulic.probing.probe", "probe"),
     "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
+    "states_along": ("rendulic.probing.bifurcation", "states_along"),
 }
 
 __all__ = [*_PUBLIC, "__version__"]
@@ -72,8 +78,12 @@ if TYPE_CHECKING:
     from rendulic.errors import RendulicError
     from rendulic.loading import directions, paths
     from rendulic.loading.control import Control
+    from rendulic.probing.amplitude import cones_by_amplitude
+    from rendulic.probing.anatomy import anatomy
+    from rendulic.probing.bifurcation import bifurcation_map, states_along
     from rendulic.probing.burst import burst, bursts
-    from rendulic.probing.cone import Cone, instability_cone
+    from rendulic.probing.cone import Cone, cone_of, instability_cone
+    from rendulic.probing.ensemble import cone_ensemble
     from rendulic.probing.probe import probe
     from rendulic.probing.second_order_work import second_order_work
     from rendulic.snapshot import Snapshot

@@ -1,6 +1,10 @@
 """Figures of results (matplotlib); each function takes labelled data and returns a `Figure`."""
 
+from rendulic.figures.anatomy import anatomy, anatomy_around
+from rendulic.figures.bifurcation import bifurcation_map
+from rendulic.figures.bursts import burst_table, bursts, equation_1
 from rendulic.figures.circular import circular_diagram, circular_diagrams, circular_panels
+from rendulic.figures.cones import amplitude, cones
 from rendulic.figures.contact_planes import plane_paths, plane_stiffness, plane_work
 from rendulic.figures.element import element_tests
 from rendulic.figures.macro_micro import macro_micro
@@ -9,11 +13,19 @@ from rendulic.figures.style import save
 from rendulic.figures.triaxial import deviatoric_stress, volume_change
 
 __all__ = [
+    "amplitude",
+    "anatomy",
+    "anatomy_around",
+    "bifurcation_map",
+    "burst_table",
+    "bursts",
     "circular_diagram",
     "circular_diagrams",
     "circular_panels",
+    "cones",
     "deviatoric_stress",
     "element_tests",
+    "equation_1",
     "macro_micro",
     "plane_paths",
     "plane_stiffness",

@@ -1,7 +1,22 @@
-"""What the contacts tell: stress, coordination, second-order work per contact."""
+"""What the contacts tell: stress, fabric, coordination, second-order work per contact and grain, clustering."""
 
+from rendulic.micro.clustering import Clustering, clustering
 from rendulic.micro.contact_work import CLASSES, ContactWork, contact_work
 from rendulic.micro.coordination import Coordination, coordination
+from rendulic.micro.fabric import Fabric, fabric
+from rendulic.micro.grain_work import grain_work
 from rendulic.micro.stress import love_weber_stress
 
-__all__ = ["CLASSES", "ContactWork", "Coordination", "contact_work", "coordination", "love_weber_stress"]
+__all__ = [
+    "CLASSES",
+    "Clustering",
+    "ContactWork",
+    "Coordination",
+    "Fabric",
+    "clustering",
+    "contact_work",
+    "coordination",
+    "fabric",
+    "grain_work",
+    "love_weber_stress",
+]

@@ -26,15 +26,21 @@ class ContactWork:
         `w2 = df . dl` in J, `df` the change of the force on `second`, `dl = dx_first - dx_second`.
     contact_class : (n_pairs,) int array
         Index into `CLASSES`; a grain-wall pair is `wall` whatever it does.
-    persists : (n_pairs,) bool array
-        In contact in both states.
+    in_before, in_after : (n_pairs,) int arrays
+        Index of the contact in each snapshot, -1 where it is not in contact.
     """
 
     first: np.ndarray
     second: np.ndarray
     work: np.ndarray
     contact_class: np.ndarray
-    persists: np.ndarray
+    in_before: np.ndarray
+    in_after: np.ndarray
+
+    @property
+    def persists(self) -> np.ndarray:
+        """(n_pairs,) bool: in contact in both states."""
+        return (self.in_before >= 0) & (self.in_after >= 0)
 
     def sum_of(self, name: str) -> float:
         """Summed work of one class in J."""
@@ -67,18 +73,18 @@ def contact_work(before: Snapshot, after: Snapshot) -> ContactWork:
     d_force = np.zeros((len(key), 3))
     d_force[at_after] += force_after
     d_force[at_before] -= force_before
-    was, persists, slides = (np.zeros(len(key), dtype=bool) for _ in range(3))
-    was[at_before] = True
-    persists[at_after] = was[at_after]
+    in_before, in_after = np.full(len(key), -1), np.full(len(key), -1)
+    in_before[at_before], in_after[at_after] = np.arange(len(at_before)), np.arange(len(at_after))
+    slides = np.zeros(len(key), dtype=bool)
     slides[at_after] = after.is_sliding
     first, second = key // n_bodies, key % n_bodies
     moved = after.body_position - before.body_position
     work = (d_force * (moved[first] - moved[second])).sum(axis=1)
     of_class = np.where(slides, CLASSES.index("sliding"), CLASSES.index("elastic"))
-    of_class[was & ~persists] = CLASSES.index("opened")
-    of_class[~was] = CLASSES.index("created")
+    of_class[in_after < 0] = CLASSES.index("opened")
+    of_class[in_before < 0] = CLASSES.index("created")
     of_class[second >= before.n_grains] = CLASSES.index("wall")
-    return ContactWork(first, second, work, of_class, persists)
+    return ContactWork(first, second, work, of_class, in_before, in_after)
 
 
 def _keyed(snapshot: Snapshot, n_bodies: int) -> tuple[np.ndarray, np.ndarray]:

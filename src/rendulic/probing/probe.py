@@ -14,6 +14,7 @@ from rendulic.checks import finite_array, whole_number
 from rendulic.errors import InvalidInput, one_of
 from rendulic.loading.directions import Directions, SphereDirections
 from rendulic.micro.contact_work import CLASSES
+from rendulic.probing.anatomy import anatomy_of, summary
 from rendulic.probing.second_order_work import SecondOrderWork, normalised, second_order_work
 from rendulic.progress import Progress, silent
 from rendulic.specimen import HasGrains, ProbesTogether, Specimen
@@ -48,6 +49,7 @@ def probe(
     n_steps: int = 5000,
     *,
     kind: str = "strain",
+    anatomy: bool = False,
     workers: int | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
@@ -72,6 +74,9 @@ def probe(
         Steps up to the *smallest* norm; larger norms take proportionally more.
     kind : {"strain", "stress"}
         What is imposed. The directions are angles in the Rendulic plane of that quantity.
+    anatomy : bool
+        For specimens with grains: whether every direction tells where its second-order work comes from, too; see
+        `rd.anatomy`, of which this keeps all but single contacts and grains.
     workers : int, optional
         Threads; by default one per core. The results do not depend on it.
     progress : Progress
@@ -87,7 +92,7 @@ def probe(
     Raises
     ------
     InvalidInput
-        For norms or steps that are not positive, or an unknown kind.
+        For norms or steps that are not positive, an unknown kind, or an anatomy of a specimen without grains.
     """
     one_of(kind, ("strain", "stress"), "kind of probe")
     norms = finite_array("norm", norm, () if np.ndim(norm) == 0 else (None,)).reshape(-1)
@@ -99,6 +104,8 @@ def probe(
     marks = tuple((norms / norms[-1]).tolist())
     total_steps = round(n_steps * float(norms[-1] / norms[0]))
     before = specimen.snapshot() if isinstance(specimen, HasGrains) else None
+    if anatomy and before is None:
+        raise InvalidInput(f"an anatomy needs a specimen with grains and contacts, which {specimen!r} does not have")
     sigma, eps = specimen.stress, specimen.strain
     finished, lock = 0, Lock()
 
@@ -108,6 +115,8 @@ def probe(
             after = now.snapshot()
             reading["work"] = second_order_work(before, after)
             reading["unbalanced_force"] = after.unbalanced_force
+            if anatomy:
+                reading["anatomy"] = summary(anatomy_of(reading["work"], before, after))
         return reading
 
     def on_done(count: int) -> None:
@@ -212,6 +221,10 @@ def _dataset(
     for name, value in values.items():
         variables[name] = (axes, value, {"long_name": labels[name][0], "units": labels[name][1]})
     result = xr.Dataset(variables, coords, {"kind": kind, "n_steps": n_steps, "sign": "compression positive"})
+    if "anatomy" in null[0]:
+        parts = [[reading["anatomy"] for reading in at_norm] for at_norm in zip(*probes, strict=True)]
+        nested = xr.combine_nested(parts, list(axes), combine_attrs="drop").transpose(*axes, ...)
+        result = result.assign({name: nested[name] for name in nested.data_vars if name not in result})
     return result.squeeze("norm") if single else result
 
 
