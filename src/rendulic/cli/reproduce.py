@@ -22,7 +22,8 @@ def reproduce(
     figures: Annotated[
         list[str] | None,
         typer.Argument(
-            help="fig1 fig2 fig3 fig4 (grains), fig6 fig7 fig9 fig10 fig3_model (Chang-Hicher model); all if none is named."
+            help="fig1 fig2 fig3 fig4 (grains), fig6 fig7 fig9 fig10 fig3_model (Chang-Hicher model), all of these if "
+            "none is named; cones map bursts anatomy (failure itself, several packings: take their time)."
         ),
     ] = None,
     preset: Annotated[str, typer.Option(help="quick (1 000 grains) or paper (10 000 grains).")] = "quick",
@@ -35,7 +36,7 @@ def reproduce(
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the table.")] = False,
 ) -> None:
-    """Reproduce the paper's figures: with grains (prepare, shear, probe), and with the Chang-Hicher model.
+    """Reproduce the paper's figures, with grains and with the Chang-Hicher model, and show failure itself.
 
     Finished stages in the folder are found again, so an interrupted run goes on where it stopped.
 
@@ -44,12 +45,14 @@ def reproduce(
     from rendulic.dem import use_threads
     from rendulic.errors import one_of
     from rendulic.study import reproduce as grains
+    from rendulic.study import reproduce_failure as failure
     from rendulic.study import reproduce_model as model
     from rendulic.study.config import preset as load_preset
 
-    wanted = [one_of(name, (*grains.FIGURES, *model.FIGURES), "figure") for name in figures or ()]
+    wanted = [one_of(name, (*grains.FIGURES, *model.FIGURES, *failure.FIGURES), "figure") for name in figures or ()]
     of_grains = [name for name in wanted if name in grains.FIGURES] or ([] if wanted else list(grains.FIGURES))
     of_model = [name for name in wanted if name in model.FIGURES] or ([] if wanted else list(model.FIGURES))
+    of_failure = [name for name in wanted if name in failure.FIGURES]
     changes = {} if seed is None else {"specimen": {"seed": seed}}
     study = load_preset(preset, **changes)
     use_threads(workers)
@@ -62,6 +65,8 @@ def reproduce(
         if of_grains:
             result = grains.reproduce(study, output, of_grains, workers=workers, stage=stage)
             files = result.figures | files
+        if of_failure:
+            files |= failure.reproduce_failure(study, output, of_failure, workers=workers, stage=stage)
     if of_grains:
         console.print(_summary(result.table))
         if "smallest_w2n" in result.table:

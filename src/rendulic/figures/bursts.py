@@ -108,6 +108,11 @@ def equation_1(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
         axes.plot(second, left, ".", color=COLOURS[1], ms=2, alpha=0.6, label=r"$(B_2-W_2)/2$ alone")
         axes.set_xscale("symlog", linthresh=max(smallest, 1e-300))
         axes.set_yscale("symlog", linthresh=max(smallest, 1e-300))
+        decades = 10.0 ** np.arange(np.ceil(np.log10(max(smallest, 1e-300))), np.log10(span[1]) + 1.0, 2.0)
+        ticks = [*(-decades[::-1]), 0.0, *decades]
+        axes.set_xticks(ticks)
+        axes.set_yticks(ticks)
+        axes.minorticks_off()
         axes.set_xlabel("work in one time step [J]")
         axes.set_ylabel("change of kinetic energy [J]")
         axes.tick_params(labelsize=6)
@@ -129,10 +134,15 @@ def burst_table(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     title : str
         Above all.
     """
-    figure = new_figure(7.0, 1.0 + 1.35 * len(tables))
+    columns = 1 if len(tables) <= 4 else 2
+    rows = -(-len(tables) // columns)
+    figure = new_figure(6.4 if columns == 1 else 9.6, 1.0 + 1.3 * rows)
     with mpl.rc_context(RC):
-        grid = figure.subplots(len(tables), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, (label, table) in zip(grid, tables.items(), strict=True):
+        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        places = list(grid.T.flat)
+        for axes in places[len(tables) :]:
+            axes.set_axis_off()
+        for axes, (label, table) in zip(places, tables.items(), strict=False):
             alpha, w2n = table.alpha.values, table.w2_normalised.values
             axes.axhspan(-1.05, 0.0, color=NEGATIVE, alpha=0.07, lw=0)
             axes.axhline(0.0, color=NEGATIVE, lw=1.0, ls="--")
@@ -143,13 +153,16 @@ def burst_table(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
                 for which, face in ((here & agrees, colour), (here & ~agrees, "white")):
                     axes.plot(alpha[which], w2n[which], marker, mfc=face, mec=colour, ms=5, ls="none")
             axes.set_ylim(-1.05, 1.1)
-            axes.set_ylabel(r"$W_{2n}$")
             axes.set_title(label, loc="left")
         for marker, colour, word in [(*mark, word) for mark, word in zip(MARKS, WORDS, strict=True)]:
-            grid[0].plot([], [], marker, color=colour, ls="none", ms=5, label=word)
-        grid[0].plot([], [], "o", mfc="white", mec=INK, ls="none", ms=5, label="open: against the prediction")
+            places[0].plot([], [], marker, color=colour, ls="none", ms=5, label=word)
+        places[0].plot([], [], "o", mfc="white", mec=INK, ls="none", ms=5, label="open: against the prediction")
         figure.legend(loc="outside lower center", ncols=5)
-        grid[-1].set_xlabel("direction of the strain increment [degrees]")
-        grid[-1].set_xticks(range(0, 361, 45))
+        for axes in grid[:, 0]:
+            axes.set_ylabel(r"$W_{2n}$")
+        for axes in (places[k - 1] for k in (rows, len(tables))):
+            axes.set_xlabel("direction of the strain increment [degrees]")
+            axes.tick_params(labelbottom=True)
+        places[0].set_xticks(range(0, 361, 45))
         figure.suptitle(title, x=0.02, ha="left")
     return figure

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 
 from rendulic.errors import InvalidInput
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
+from rendulic.probing.edges import UNKNOWN
 from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
 
 if TYPE_CHECKING:
@@ -19,7 +20,17 @@ if TYPE_CHECKING:
 
     from rendulic.probing.cone import Cone
 
-__all__ = ["LANDMARKS", "amplitude", "cones", "direction_range"]
+__all__ = [
+    "GREY",
+    "TURNS",
+    "amplitude",
+    "cones",
+    "direction_range",
+    "draw_edges",
+    "draw_sector",
+    "landmarks",
+    "say_none",
+]
 
 LANDMARKS = (
     ("isotropic compression", ISOTROPIC_COMPRESSION),
@@ -30,6 +41,7 @@ LANDMARKS = (
     ("undrained extension", ISOCHORIC_COMPRESSION + 180.0),
 )
 MARGIN = 10.0  # degrees about the directions that are shown
+TURNS = (-360.0, 0.0, 360.0)  # what has a direction is drawn at all of these; the axes cut what is out of sight
 GREY = "#777777"
 
 
@@ -44,7 +56,7 @@ def direction_range(first, last) -> tuple[float, float]:
     Examples
     --------
     >>> direction_range([116.0], [145.0])
-    (90.0, 165.0)
+    (105.0, 165.0)
     >>> direction_range([350.0], [370.0])
     (0.0, 360.0)
     """
@@ -59,7 +71,7 @@ def direction_range(first, last) -> tuple[float, float]:
 
 
 def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
-    """Unstable sectors as bars with the uncertainty of their edges, and the smallest W2n with its drift, state by state.
+    """Unstable sectors as bars with the uncertainty of their edges, beside the smallest W2n with its drift.
 
     Parameters
     ----------
@@ -79,13 +91,13 @@ def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
     with mpl.rc_context(RC):
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.2, 1.0))
         for row, cone in enumerate(found.values()):
-            _sector_bars(left, row, cone, high)
+            _sector_bars(left, row, cone)
             colour = NEGATIVE if cone.smallest_w2n < 0.0 else COLOURS[0]
             right.errorbar(
                 cone.smallest_w2n, row, xerr=cone.drift_share, fmt="o", ms=4.5, color=colour, capsize=2.5, lw=1.0,
                 mfc=colour if cone.is_significant else "white",
             )  # fmt: skip
-        _landmarks(left, low, high)
+        landmarks([left], low, high)
         left.set_yticks(range(len(found)), list(found))
         left.set_ylim(len(found) - 0.4, -0.6)
         left.set_xlim(low, high)
@@ -100,34 +112,64 @@ def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
     return figure
 
 
-def _sector_bars(axes: Axes, row: int, cone: Cone, high: float) -> None:
+def _sector_bars(axes: Axes, row: int, cone: Cone) -> None:
     if not cone.strain_sectors:
-        axes.annotate(
-            "none", (0.5, row), xycoords=("axes fraction", "data"), ha="center", va="center", color=GREY, fontsize=8
-        )
-    for (first, last), uncertainty in zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True):
-        for start, end in ((first, min(last, 360.0)), (0.0, last - 360.0)):
-            axes.barh(
-                row, max(end - start, 0.0), left=start, height=0.5, facecolor=mpl.colors.to_rgba(NEGATIVE, 0.35 * cone.is_significant),
-                edgecolor=NEGATIVE, lw=0.8 if end > start else 0.0,
-            )  # fmt: skip
-        for edge, width in zip((first, last), uncertainty, strict=True):
-            at = edge if edge <= high else edge - 360.0
-            if width < 180.0:
-                axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
-            elif np.isfinite(width):
-                axes.annotate("?", (at, row), ha="center", va="center", color=INK, fontsize=9)
+        say_none(axes, row)
+    face = mpl.colors.to_rgba(NEGATIVE, 0.35 * cone.is_significant)
+    for sector, uncertainty in zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True):
+        for first, last in (np.add(sector, turn) for turn in TURNS):
+            axes.barh(row, last - first, left=first, height=0.5, facecolor=face, edgecolor=NEGATIVE, lw=0.8)
+            for at, width in zip((first, last), uncertainty, strict=True):
+                if width < UNKNOWN:
+                    axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
+                elif np.isfinite(width):
+                    axes.annotate("?", (at, row), ha="center", va="center", color=INK, fontsize=9)
 
 
-def _landmarks(axes: Axes, low: float, high: float) -> None:
-    """Thin lines at the directions of common tests, named above the axes."""
+def say_none(axes: Axes, height: float, unit: str = "data") -> None:
+    """The word for a state without a cone, in the middle of the axes and at this height."""
+    where = ("axes fraction", unit)
+    axes.annotate("none", (0.5, height), xycoords=where, ha="center", va="center", color=GREY, fontsize=8)
+
+
+def draw_sector(axes: Axes, abscissa, first, last, **look: Any) -> None:
+    """Fill between two curves of directions in degrees, also across 0."""
+    for turn in TURNS:
+        axes.fill_between(abscissa, first + turn, last + turn, lw=0, **look)
+
+
+def draw_edges(axes: Axes, abscissa, alpha, uncertainty, colour: str, link: str = "") -> None:
+    """Edges in degrees as dots with error bars; open dots, without, where the drift alone could make the edge."""
+    is_known = uncertainty < UNKNOWN
+    for turn in TURNS:
+        axes.errorbar(
+            abscissa, alpha + turn, yerr=np.where(is_known, uncertainty, np.nan), fmt=f"o{link}", ms=3, lw=1.0,
+            color=colour, ecolor=INK, elinewidth=0.9, capsize=1.4,
+        )  # fmt: skip
+        axes.plot(abscissa, np.where(is_known, np.nan, alpha + turn), "o", mfc="white", mec=colour, ms=4, zorder=3)
+
+
+def landmarks(row: Sequence[Axes], low: float, high: float, upright: bool = True) -> None:
+    """Thin lines at the directions of common tests between `low` and `high` degrees, named at the last of the axes.
+
+    Parameters
+    ----------
+    upright : bool
+        Whether directions are abscissas, and the names above; if not, ordinates, and the names to the right.
+    """
+    look: Any = {"fontsize": 7, "color": GREY, "linespacing": 1.0}
+    last = row[-1]
     for name, alpha in LANDMARKS:
         if low < alpha < high:
-            axes.axvline(alpha, color=FAINT, lw=0.8, zorder=0)
-            axes.annotate(
-                name.replace(" ", "\n"), (alpha, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
-                textcoords="offset points", fontsize=7, color=GREY, ha="center", va="bottom", linespacing=1.0,
-            )  # fmt: skip
+            for axes in row:
+                (axes.axvline if upright else axes.axhline)(alpha, color=FAINT, lw=0.8, zorder=0)
+            words = name.replace(" ", "\n")
+            if upright:
+                if high - low > 180.0:
+                    words = words.replace("compression", "compr.").replace("extension", "ext.")
+                last.text(alpha, 1.01, words, transform=last.get_xaxis_transform(), ha="center", va="bottom", **look)
+            else:
+                last.text(1.02, alpha, words, transform=last.get_yaxis_transform(), va="center", **look)
 
 
 def amplitude(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
@@ -142,8 +184,8 @@ def amplitude(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
 
     Notes
     -----
-    Grey: values that the drift of the null probe could make; open dots do not exceed it. Blue: the plateau, where the
-    smallest W2n does not depend on the size.
+    Grey: values that the drift of the null probe could make; open dots do not exceed it, nor do the edges of open dots.
+    Blue: the plateau, where the smallest W2n does not depend on the size.
 
     Raises
     ------
@@ -167,6 +209,8 @@ def amplitude(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
             upper.annotate(f"plateau {plateau}", (0.0, 1.03), xycoords="axes fraction", fontsize=8, color=COLOURS[0])
             unit = "" if table.attrs["kind"] == "strain" else "  [Pa]"
             lower.set_xlabel(rf"norm of the {table.attrs['kind']} increment{unit}")
+        smallest = np.concatenate([table.smallest_w2n.values for table in tables.values()])
+        grid[0, 0].set_ylim(min(-0.4, 1.15 * np.nanmin(smallest)), max(0.4, 1.15 * np.nanmax(smallest)))
         grid[0, 0].set_ylabel(r"smallest $W_{2n}$")
         grid[1, 0].set_ylabel("edges of the widest\nunstable sector  [deg]")
         grid[1, 0].set_ylim(low, high)
@@ -184,12 +228,12 @@ def _amplitude_column(upper: Axes, lower: Axes, table: xr.Dataset) -> None:
     upper.plot(norm[sure], smallest[sure], "o", color=NEGATIVE, ms=4)
     upper.plot(norm[~sure], smallest[~sure], "o", mfc="white", mec=NEGATIVE, ms=4.5)
     upper.set_xscale("log")
-    upper.set_ylim(min(-0.4, 1.15 * smallest.min()), max(0.4, 1.15 * smallest.max()))
     for axes in (upper, lower):
         if table.is_plateau.any():
             axes.axvspan(table.plateau_from, table.plateau_to, color=COLOURS[4], alpha=0.18, lw=0, zorder=0)
+    if not table.n_sectors.any():
+        say_none(lower, 0.5, "axes fraction")
     ends = [table[name].isel(sector=0).values for name in ("edge_from", "edge_to")]
-    lower.fill_between(norm, ends[0], ends[1], color=NEGATIVE, alpha=0.15, lw=0)
+    draw_sector(lower, norm, *ends, color=NEGATIVE, alpha=0.15)
     for values, name in zip(ends, ("edge_from_uncertainty", "edge_to_uncertainty"), strict=True):
-        error = table[name].isel(sector=0).values
-        lower.errorbar(norm, values, yerr=error, fmt="o-", ms=3, lw=1.0, color=NEGATIVE, ecolor=INK, capsize=2)
+        draw_edges(lower, norm, values, table[name].isel(sector=0).values, NEGATIVE, "-")

@@ -18,7 +18,7 @@ from rendulic.specimen import Specimen
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["cones_by_amplitude", "plateau"]
+__all__ = ["amplitude_table", "cones_by_amplitude", "plateau"]
 
 LEAST_SPAN = 3.0  # largest over smallest norm of a plateau
 LEAST_NORMS = 3
@@ -78,6 +78,18 @@ def cones_by_amplitude(
         specimen, directions, sizes.tolist(), n_steps, kind=kind, tolerance=tolerance,
         refine_smallest=refine_smallest, workers=workers, progress=progress,
     )  # fmt: skip
+    return amplitude_table(probed, change)
+
+
+def amplitude_table(probed: xr.Dataset, change: float = 0.05) -> xr.Dataset:
+    """The cones in a sweep of probes, and the plateau; see `cones_by_amplitude`.
+
+    Parameters
+    ----------
+    probed : xarray.Dataset
+        From `rd.probe` with several norms, directions of the Rendulic plane all around.
+    """
+    sizes = probed.norm.values
     cones = np.empty(len(sizes), dtype=object)
     cones[:] = [cone_of(probed.isel(norm=k)) for k in range(len(sizes))]
     table = cone_table(cones, {"norm": probed.norm})
@@ -93,12 +105,13 @@ def cones_by_amplitude(
     else:
         verdict = f"none: nowhere does the smallest W2n change by less than {change:g} over a factor of {LEAST_SPAN:g}"
     table["is_plateau"] = ("norm", inside, {"long_name": "norm within the plateau of the smallest W2n"})
+    nowhere = float("nan")
     return table.assign_attrs(
-        kind=kind,
-        n_steps=n_steps,
-        plateau_from=float(sizes[inside].min(initial=np.inf)) if inside.any() else float("nan"),
-        plateau_to=float(sizes[inside].max(initial=0.0)) if inside.any() else float("nan"),
-        plateau_w2n=float(table.smallest_w2n.values[inside].mean()) if inside.any() else float("nan"),
+        kind=probed.attrs["kind"],
+        n_steps=probed.attrs["n_steps"],
+        plateau_from=float(sizes[inside][0]) if inside.any() else nowhere,
+        plateau_to=float(sizes[inside][-1]) if inside.any() else nowhere,
+        plateau_w2n=float(table.smallest_w2n.values[inside].mean()) if inside.any() else nowhere,
         plateau_verdict=verdict,
         plateau_change=change,
     )

@@ -19,7 +19,7 @@ from rendulic.tensors.invariants import stress_ratio
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["bifurcation_map", "first_negative", "states_along"]
+__all__ = ["bifurcation_map", "first_negative", "map_of", "states_along"]
 
 MaybeSpecimen = Specimen | None  # None: it has no such state
 THERE = 1e-9  # of a stress ratio that need not be loaded to
@@ -124,6 +124,7 @@ def bifurcation_map(
         if eta in rows:
             raise InvalidInput(f"eta = {eta:g} comes twice: give all specimens of one stress ratio in one list")
         row = [here] if here is None or isinstance(here, Specimen) else list(here)
+        _checked_labels(labels, {len(row), *map(len, rows.values())})  # before hours of probing
         rows[eta] = [
             None if one is None else instability_cone(
                 one, directions, norm, n_steps, refine_smallest=refine_smallest, **options
@@ -131,24 +132,20 @@ def bifurcation_map(
             for one in row
         ]  # fmt: skip
         measured[eta] = [np.nan if one is None else float(stress_ratio(one.stress)) for one in row]
-    counts = {len(row) for row in rows.values()}
-    if len(counts) != 1 or counts == {0}:
-        raise InvalidInput(
-            "a bifurcation map needs at every stress ratio the same number of specimens, one at least (None for one that "
-            f"has no such state), got {sorted(counts) or 'no stress ratio'}"
-        )
-    etas, (count,) = sorted(rows), counts
-    labels = list(range(count) if labels is None else labels)
-    if len(labels) != count:
-        raise InvalidInput(
-            f"there are {count} specimens at each stress ratio and {len(labels)} labels: give one for each"
-        )
-    cones = np.empty((len(etas), count), dtype=object)
-    cones[:] = [rows[eta] for eta in etas]
-    table = cone_table(cones, {"eta": etas, "specimen": labels})
-    table.eta.attrs = {"long_name": "stress ratio q/p", "units": "1"}
+    table = map_of(rows, labels)
     about = {"long_name": "stress ratio of the state that was probed", "units": "1"}
-    table["measured_eta"] = (("eta", "specimen"), np.array([measured[eta] for eta in etas]), about)
+    table["measured_eta"] = (("eta", "specimen"), np.array([measured[eta] for eta in table.eta.values]), about)
+    return table.assign_attrs(norm=norm, n_steps=n_steps)
+
+
+def map_of(cones: Mapping[float, Sequence[Cone | None]], labels: Sequence[Any] | None = None) -> xr.Dataset:
+    """The map from cones that are known: of each stress ratio one for each specimen; see `bifurcation_map`."""
+    labels = _checked_labels(labels, {len(row) for row in cones.values()})
+    etas, count = sorted(cones), len(labels)
+    grid = np.empty((len(etas), count), dtype=object)
+    grid[:] = [list(cones[eta]) for eta in etas]
+    table = cone_table(grid, {"eta": etas, "specimen": labels})
+    table.eta.attrs = {"long_name": "stress ratio q/p", "units": "1"}
     first = [
         first_negative(np.array(etas), table.smallest_w2n.values[:, k], table.is_significant.values[:, k])
         for k in range(count)
@@ -162,8 +159,24 @@ def bifurcation_map(
         table[name] = ("specimen", values, {"long_name": label, "units": "1"})
     about = {"long_name": "how the first stress ratio was found, or why not"}
     table["first_eta_reason"] = ("specimen", np.array([row[3] for row in first]), about)
-    kinds = {cone.kind for cone in cones.flat if cone is not None}
-    return with_spread(table).assign_attrs(norm=norm, n_steps=n_steps, kind=", ".join(kinds))
+    kinds = {cone.kind for cone in grid.flat if cone is not None}
+    return with_spread(table).assign_attrs(kind=", ".join(kinds))
+
+
+def _checked_labels(labels: Sequence[Any] | None, counts: set[int]) -> list[Any]:
+    """One label for each specimen, if there are equally many at all stress ratios."""
+    if len(counts) != 1 or counts == {0}:
+        raise InvalidInput(
+            "a bifurcation map needs at every stress ratio the same number of specimens, one at least (None for one "
+            f"that has no such state), got {sorted(counts) or 'no stress ratio'}"
+        )
+    (count,) = counts
+    labels = list(range(count) if labels is None else labels)
+    if len(labels) != count:
+        raise InvalidInput(
+            f"there are {count} specimens at each stress ratio and {len(labels)} labels: give one for each"
+        )
+    return labels
 
 
 def first_negative(eta: np.ndarray, smallest: np.ndarray, is_sure: np.ndarray) -> tuple[float, float, float, str]:

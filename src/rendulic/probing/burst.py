@@ -13,6 +13,7 @@ import numpy as np
 from rendulic.checks import finite_array, positive_number, whole_number
 from rendulic.errors import InvalidInput
 from rendulic.loading.directions import Directions
+from rendulic.probing.cone import Cone
 from rendulic.probing.probe import probe
 from rendulic.probing.second_order_work import second_order_work
 from rendulic.progress import Progress, silent
@@ -110,6 +111,7 @@ def bursts(
     norm: float = 5e-5,
     n_steps: int = 5000,
     *,
+    cone: Cone | None = None,
     workers: int | None = None,
     progress: Progress = silent,
     on_burst: Callable[[float, xr.Dataset], None] | None = None,
@@ -124,6 +126,8 @@ def bursts(
     ----------
     directions : Directions
         In the Rendulic plane, e.g. `rd.directions.rendulic(step=10)`.
+    cone : Cone, optional
+        Of this state, norm and rate (`rd.instability_cone`): its edges are those that `to_edge` is measured from.
     on_burst : callable, optional
         Called with alpha and the curve of each burst.
     options
@@ -133,7 +137,7 @@ def bursts(
     -------
     xarray.Dataset
         Dimension `alpha`: `w2_normalised`, `w2_drift`; `predicted` (W2 < 0) and `observed` failure; `verdict`, index into
-        `VERDICTS`; `to_edge`, degrees to the nearest edge of a cone (between the probes, by linear interpolation);
+        `VERDICTS`; `to_edge`, degrees to the nearest edge of a cone (if none is given, interpolated between the probes);
         `ratio` R, and of grains the kinetic growth, the way travelled and the errors of the balances.
         See `agreement`.
     """
@@ -166,12 +170,17 @@ def bursts(
         for alpha, curve in zip(directions.alpha, curves, strict=True):
             on_burst(alpha, curve)
     w2n = probed.w2_normalised.values
+    around = np.array(directions.alpha)
+    if cone is None:
+        to_edge = distance_to_edge(around, w2n)
+    else:
+        to_edge = _nearest(around, np.ravel([] if cone.opening >= 360.0 else cone.sectors))
     verdict = np.array([VERDICTS.index(curve.attrs["verdict"]) for curve in curves])
     columns: dict[str, tuple[np.ndarray, str, str]] = {
         "predicted": (w2n < 0.0, "second-order work negative", "1"),
         "observed": (verdict == VERDICTS.index("fails"), "failure observed", "1"),
         "verdict": (verdict, f"index into {', '.join(VERDICTS)}", "1"),
-        "to_edge": (distance_to_edge(np.array(directions.alpha), w2n), "angle to the nearest edge of a cone", "degree"),
+        "to_edge": (to_edge, "angle to the nearest edge of a cone", "degree"),
         "ratio": (np.array([curve.attrs["ratio"] for curve in curves]), "R of d_eps_1 + 2 R d_eps_3 = 0", "1"),
     }
     for name, (label, unit) in NUMBERS.items():
@@ -194,13 +203,18 @@ def distance_to_edge(alpha: np.ndarray, w2n: np.ndarray) -> np.ndarray:
     after, gap = np.roll(value, -1), (np.roll(angle, -1) - angle) % 360.0
     crosses = (value < 0.0) != (after < 0.0)
     edges = (angle + gap * value / np.where(crosses, value - after, 1.0))[crosses]
+    return _nearest(alpha, edges)
+
+
+def _nearest(alpha: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Degrees to the nearest of some directions; infinite if there are none."""
     if not len(edges):
         return np.full(len(alpha), np.inf)
     apart = np.abs((alpha[:, None] - edges + 180.0) % 360.0 - 180.0)
     return apart.min(axis=1)
 
 
-def agreement(table: xr.Dataset, margin: float = 10.0) -> tuple[int, int]:
+def agreement(table: xr.Dataset, margin: float = 5.0) -> tuple[int, int]:
     """How many directions further than `margin` degrees from an edge agree, and how many there are.
 
     Parameters

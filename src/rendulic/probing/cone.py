@@ -11,7 +11,16 @@ import numpy as np
 from rendulic.checks import positive_number
 from rendulic.errors import InvalidInput
 from rendulic.loading.directions import Directions, axisymmetric, rendulic
-from rendulic.probing.edges import Edge, between, drift_level, find_edges, largest_gap, probes_wanted, sectors_of, wrap
+from rendulic.probing.edges import (
+    Edge,
+    between,
+    find_edges,
+    largest_gap,
+    probes_wanted,
+    sectors_of,
+    share_of_drift,
+    wrap,
+)
 from rendulic.probing.probe import probe
 from rendulic.progress import Progress, silent
 from rendulic.specimen import Specimen
@@ -46,8 +55,8 @@ class Cone:
     is_significant : bool
         Whether that value exceeds the share of the null probe's drift in it.
     probes : xarray.Dataset
-        Every direction that was probed, sorted; see `rd.probe`. Stress probes have `strain_alpha`, too: the direction
-        in degrees of the strain that answered.
+        Every direction that was probed, sorted; see `rd.probe`. Also `strain_alpha`: the direction in degrees of the
+        strain, of stress probes the one that answered.
     edge_uncertainty : tuple of (of from, of to)
         Degrees either way, for each edge of `sectors`: half its bracket plus the shift that the null probe's drift can
         cause (see Notes). 180 if the drift alone could make the edge, NaN for a sector without edges.
@@ -62,9 +71,10 @@ class Cone:
     Notes
     -----
     In the band around an edge where |W2n| is less than `|d_sigma_0| / |d_sigma| + |d_eps_0| / |d_eps|`, with the
-    increments of the null probe marked 0, its drift can make the sign. The farther end of this band, linear between
-    probes, is the shift. It contains the edge of `w2_normalised_without_drift`, and needs no slope of W2n. What other
-    realisations of the same state would give is not in it: see `rd.cone_ensemble`.
+    increments of the null probe marked 0, its drift can make the sign (Cauchy and Schwarz). The farther end of this
+    band, linear between probes, is the shift; no slope of W2n is needed. Where the strain drifts, edges in directions
+    of strain also have the angle `asin(|d_eps_0| / |d_eps|)` by which it turns the answer. What other realisations of
+    the same state would give is not in it: see `rd.cone_ensemble`.
     """
 
     sectors: Sectors
@@ -89,17 +99,33 @@ class Cone:
         """Angle of all sectors together, in degrees."""
         return float(sum(last - first for first, last in self.sectors))
 
+    @property
+    def strain_opening(self) -> float:
+        """Angle of all `strain_sectors` together, in degrees."""
+        return float(sum(last - first for first, last in self.strain_sectors))
+
+    @property
+    def smallest_strain_alpha(self) -> float:
+        """Direction in degrees of the strain with the smallest value; for strain probes `smallest_alpha`."""
+        return float(self.probes.strain_alpha.sel(alpha=self.smallest_alpha))
+
     def __str__(self) -> str:
         if self.is_empty:
             words = "no unstable direction"
+        elif self.opening == 360.0:
+            words = "unstable in all directions"
         else:
             words = "unstable from " + ", ".join(
-                f"{first:.4g} +- {low:.2g} to {last:.4g} +- {high:.2g}"
+                f"{first:.4g} {_give_or_take(low)} to {last:.4g} {_give_or_take(high)}"
                 for (first, last), (low, high) in zip(self.sectors, self.edge_uncertainty, strict=True)
             )
             words += " degrees" + (" of stress" if self.kind == "stress" else "")
         sure = "" if self.is_significant else ", not larger than the drift"
         return f"{words}; smallest W2n {self.smallest_w2n:.3g} at {self.smallest_alpha:.4g} degrees{sure}"
+
+
+def _give_or_take(uncertainty: float) -> str:
+    return f"+- {uncertainty:.2g}" if uncertainty < 100.0 else "+- ?"
 
 
 def instability_cone(
@@ -162,7 +188,7 @@ def probe_to_edges(
     workers: int | None = None,
     progress: Progress = silent,
 ) -> xr.Dataset:
-    """Probes all around, with those that bracket every edge of every norm; see `instability_cone`.
+    """Probes all around, with those that bracket every edge at every norm; see `instability_cone`.
 
     Returns
     -------
@@ -174,8 +200,8 @@ def probe_to_edges(
     tolerance = max(positive_number("tolerance of a cone's edges", tolerance, "degrees"), FINEST)
     if directions is not None and not isinstance(directions, Directions):
         raise InvalidInput(
-            f"a cone has its edges in the Rendulic plane: give rd.directions.rendulic(...), not {directions!r}; for the "
-            "whole sphere see rd.probe and rd.figures.stereogram"
+            f"a cone has its edges in the Rendulic plane: give rd.directions.rendulic(...), not {directions!r}; for "
+            "the whole sphere see rd.probe and rd.figures.stereogram"
         )
     around = np.unique(np.array((directions or rendulic()).alpha) % 360.0)
     _check_all_around(around)
@@ -223,16 +249,16 @@ def cone_of(probes: xr.Dataset) -> Cone:
     is_strain = probes.attrs["kind"] == "strain"
     d_sigma, d_eps = (probes[name].transpose("alpha", "component").values for name in ("d_sigma", "d_eps"))
     strain_alpha = alpha if is_strain else direction_of(d_eps)
-    if not is_strain:
-        about = {"long_name": "direction of the strain that answered", "units": "degree"}
-        probes = probes.assign(strain_alpha=("alpha", strain_alpha, about))
-    level = drift_level(d_sigma, d_eps, probes.d_sigma_null.values, probes.d_eps_null.values)
-    edges = find_edges(alpha, w2n, level, strain_alpha)
+    about = {"long_name": "direction of the strain increment", "units": "degree"}
+    probes = probes.assign(strain_alpha=("alpha", strain_alpha, about))
+    share = share_of_drift(d_eps, probes.d_eps_null.values)
+    level = share_of_drift(d_sigma, probes.d_sigma_null.values) + share
+    edges = find_edges(alpha, w2n, level, strain_alpha, np.degrees(np.arcsin(share)))
     pairs = sectors_of(edges)
     everywhere: Sectors = ((0.0, 360.0),) if (w2n < 0.0).all() else ()
-    unbounded = ((float("nan"),) * 2,) * len(everywhere)
+    edgeless: Sectors = ((float("nan"),) * 2,) * len(everywhere)
     sectors = tuple(between(first.alpha, last.alpha) for first, last in pairs) or everywhere
-    uncertainty = tuple((first.uncertainty, last.uncertainty) for first, last in pairs) or unbounded
+    uncertainty = tuple((first.uncertainty, last.uncertainty) for first, last in pairs) or edgeless
     answers = [_answered(pair, strain_alpha) for pair in pairs]
     worst = int(np.nanargmin(w2n)) if np.isfinite(w2n).any() else 0
     size = float(np.linalg.norm(d_sigma[worst]) * np.linalg.norm(d_eps[worst]))
@@ -249,7 +275,7 @@ def cone_of(probes: xr.Dataset) -> Cone:
         drift_share=drift / size if size > 0.0 else float("nan"),
         kind=probes.attrs["kind"],
         strain_sectors=sectors if is_strain else tuple(sector for sector, _ in answers) or everywhere,
-        strain_edge_uncertainty=uncertainty if is_strain else tuple(each for _, each in answers) or unbounded,
+        strain_edge_uncertainty=uncertainty if is_strain else tuple(each for _, each in answers) or edgeless,
     )
 
 

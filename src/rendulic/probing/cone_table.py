@@ -19,11 +19,12 @@ __all__ = ["STATISTICS", "circular_quantiles", "cone_table", "with_spread"]
 
 STATISTICS = {"smallest": 0.0, "lower_quartile": 0.25, "median": 0.5, "upper_quartile": 0.75, "largest": 1.0}
 LEAST_CONCENTRATION = 0.3  # of directions that have a middle to speak of
+# of variables: the label, the unit, and the attribute of a cone
 NUMBERS = {
-    "smallest_w2n": ("smallest normalised second-order work", "1"),
-    "smallest_alpha": ("its direction", "degree"),
-    "drift_share": ("what the drift of the null probe has in it", "1"),
-    "opening": ("angle of all unstable sectors together", "degree"),
+    "smallest_w2n": ("smallest normalised second-order work", "1", "smallest_w2n"),
+    "smallest_alpha": ("its direction of strain", "degree", "smallest_strain_alpha"),
+    "drift_share": ("what the drift of the null probe has in it", "1", "drift_share"),
+    "opening": ("angle of all unstable sectors of strain together", "degree", "strain_opening"),
 }
 ENDS = {
     "edge_from": ("first direction of an unstable sector", 0, False),
@@ -34,7 +35,7 @@ ENDS = {
 
 
 def cone_table(cones: np.ndarray, coords: Mapping[str, Any]) -> xr.Dataset:
-    """Cones as one table; edges in directions of strain, also of stress probes.
+    """Cones as one table; all directions are those of strain, also of stress probes.
 
     Parameters
     ----------
@@ -46,8 +47,8 @@ def cone_table(cones: np.ndarray, coords: Mapping[str, Any]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The dimensions of `coords`, and `sector`, the widest first: `edge_from`, `edge_to` (degrees of strain, `edge_to`
-        beyond `edge_from`) and their uncertainties, NaN where there are fewer sectors. `smallest_w2n`,
+        The dimensions of `coords`, and `sector`, the widest first: `edge_from`, `edge_to` (degrees, `edge_to` beyond
+        `edge_from`) and their uncertainties, NaN where there are fewer sectors. `smallest_w2n`,
         `smallest_alpha`, `drift_share`, `opening`, `n_sectors`; `is_significant`, whether the smallest value exceeds
         the drift, and `is_unstable`, whether it is negative, too. Numbers of missing states are NaN.
     """
@@ -60,8 +61,8 @@ def cone_table(cones: np.ndarray, coords: Mapping[str, Any]) -> xr.Dataset:
     axes = tuple(coords)
     count = max([1, *(len(cone.sectors) for cone in cones.flat if cone is not None)])
     variables: dict[str, Any] = {}
-    for name, (label, unit) in NUMBERS.items():
-        values = each(lambda cone, name=name: float(getattr(cone, name)), np.nan)
+    for name, (label, unit, attribute) in NUMBERS.items():
+        values = each(lambda cone, a=attribute: getattr(cone, a), np.nan)
         variables[name] = (axes, values, {"long_name": label, "units": unit})
     variables["n_sectors"] = (axes, each(lambda cone: len(cone.sectors), 0), {"long_name": "unstable sectors"})
     for name, label, pick in (
@@ -71,11 +72,7 @@ def cone_table(cones: np.ndarray, coords: Mapping[str, Any]) -> xr.Dataset:
         variables[name] = (axes, each(pick, False), {"long_name": label})
     for name, (label, end, is_uncertainty) in ENDS.items():
         values = each(lambda cone, e=end, u=is_uncertainty: _ends(cone, e, u, count), np.full(count, np.nan))
-        variables[name] = (
-            (*axes, "sector"),
-            values,
-            {"long_name": label, "units": "degree"},
-        )
+        variables[name] = ((*axes, "sector"), values, {"long_name": label, "units": "degree"})
     return xr.Dataset(variables, {**coords, "sector": np.arange(count)}, {"directions": "strain"})
 
 
@@ -93,23 +90,24 @@ def _ends(cone: Cone, end: int, is_uncertainty: bool, count: int) -> np.ndarray:
 
 
 def circular_quantiles(angles, shares=(0.25, 0.5, 0.75)) -> tuple[np.ndarray, float]:
-    """Quantiles of directions in degrees, in [0, 360), and their concentration.
+    """Quantiles of directions in degrees, counter-clockwise, and their concentration.
 
     Directions are measured from their mean direction, that of the sum of their unit vectors, so that
-    359 and 1 degrees have 0 in their middle; quantiles go counter-clockwise. NaN are left out.
+    359 and 1 degrees have 0 in their middle. NaN are left out.
 
     Returns
     -------
     quantiles : array, as `shares`
-        NaN if the concentration is below 0.3: such directions have no middle.
+        Less than half a turn from a mean direction in [0, 360), so that they are in order across 0 degrees, too. NaN if
+        the concentration is below 0.3: such directions have no middle.
     concentration : float
         Length of the mean unit vector: 1 if all are alike, 0 if they point everywhere.
 
     Examples
     --------
-    >>> middle, concentration = circular_quantiles([350.0, 0.0, 20.0], [0.5])
-    >>> bool(abs(middle[0]) < 1e-9), round(concentration, 2)
-    (True, 0.98)
+    >>> quantiles, concentration = circular_quantiles([350.0, 0.0, 20.0], [0.0, 0.5, 1.0])
+    >>> quantiles.round(6).tolist(), round(concentration, 2)
+    ([-10.0, 0.0, 20.0], 0.98)
     """
     angles = np.asarray(angles, dtype=float)
     angles = angles[np.isfinite(angles)]
@@ -120,8 +118,8 @@ def circular_quantiles(angles, shares=(0.25, 0.5, 0.75)) -> tuple[np.ndarray, fl
     concentration = float(min(abs(total), 1.0))
     if concentration < LEAST_CONCENTRATION:
         return np.full(len(shares), np.nan), concentration
-    middle = np.degrees(np.angle(total))
-    return (middle + np.quantile(wrap(angles - middle), shares)) % 360.0, concentration
+    middle = np.degrees(np.angle(total)) % 360.0
+    return middle + np.quantile(wrap(angles - middle), shares), concentration
 
 
 def with_spread(table: xr.Dataset, dim: str = "specimen") -> xr.Dataset:
@@ -137,10 +135,10 @@ def with_spread(table: xr.Dataset, dim: str = "specimen") -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        With `..._summary` of the smallest value, its direction, the opening, and the edges of the widest sector, along a new
-        dimension `statistic`. Edges are those of the states with a significant cone; directions are circular
-        (`circular_quantiles`), and `smallest_alpha_concentration` tells how alike they are. `unstable_share` is the
-        share of the present states with a significant cone, `n_present` how many are present.
+        With `..._summary` of the smallest value, its direction, the opening, and the edges of the widest sector, along
+        a new dimension `statistic`. Edges are those of the states with a significant cone that has edges; directions
+        are circular (`circular_quantiles`), and `smallest_alpha_concentration` tells how alike they are.
+        `unstable_share` is the share of the present states with a significant cone, `n_present` how many are present.
     """
     import xarray as xr
 
@@ -164,12 +162,14 @@ def with_spread(table: xr.Dataset, dim: str = "specimen") -> xr.Dataset:
     table.coords["statistic"] = list(STATISTICS)
     for name in ("smallest_w2n", "opening"):
         table[f"{name}_summary"] = summarised(table[name], plain)
-    widest = {name: table[name].isel(sector=0, drop=True).where(table.is_unstable) for name in ("edge_from", "edge_to")}
+    has_edges = table.is_unstable & (table.opening < 360.0)
+    widest = {name: table[name].isel(sector=0, drop=True).where(has_edges) for name in ("edge_from", "edge_to")}
     for name, values in {"smallest_alpha": table.smallest_alpha, **widest}.items():
         table[f"{name}_summary"] = summarised(values, directions)
     # as in a cone, the end of a sector lies beyond its beginning
-    beyond = table.edge_to_summary.sel(statistic="median") < table.edge_from_summary.sel(statistic="median")
-    table["edge_to_summary"] = (table.edge_to_summary + 360.0 * beyond).assign_attrs(table.edge_to.attrs)
+    first, last = (table[f"{name}_summary"].sel(statistic="median", drop=True) for name in widest)
+    turns = (last - first) // 360.0
+    table["edge_to_summary"] = (table.edge_to_summary - 360.0 * turns).assign_attrs(table.edge_to.attrs)
     table["smallest_alpha_concentration"] = xr.apply_ufunc(
         lambda values: circular_quantiles(values)[1], table.smallest_alpha, input_core_dims=[[dim]], vectorize=True
     ).assign_attrs(long_name="concentration of its directions", units="1")

@@ -10,11 +10,11 @@ __all__ = [
     "UNKNOWN",
     "Edge",
     "between",
-    "drift_level",
     "find_edges",
     "largest_gap",
     "probes_wanted",
     "sectors_of",
+    "share_of_drift",
     "wrap",
 ]
 
@@ -91,30 +91,34 @@ def probes_wanted(alpha: np.ndarray, w2n: np.ndarray, tolerance: float, seek_sma
     return (alpha[wanted] + 0.5 * gaps[wanted]) % 360.0
 
 
-def drift_level(d_sigma: np.ndarray, d_eps: np.ndarray, sigma_drift: np.ndarray, eps_drift: np.ndarray) -> np.ndarray:
-    """Share that a drift as large as the null probe's can have in W2n, in whatever direction it points.
+def share_of_drift(increments: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    """Size of a drift over that of each increment, at most 1: the sine of the angle by which it can turn them.
 
     Parameters
     ----------
-    d_sigma, d_eps : (n, 3) arrays
-        Principal increments of the probes, and
-    sigma_drift, eps_drift : (3,) arrays
-        of the null probe.
+    increments : (n, 3) array
+        Principal increments of stress or of strain, and
+    drift : (3,) array
+        the same of the null probe.
 
     Returns
     -------
     (n,) array
-        `|d_sigma_0| / |d_sigma| + |d_eps_0| / |d_eps|`, the bound of Cauchy and Schwarz; 2, more than W2n can
-        ever be, where a probe has no answer.
+        1 also where a probe has no answer.
+
+    Examples
+    --------
+    >>> share_of_drift(np.array([[3.0, 0.0, 4.0], [0.0, 0.0, 0.0]]), np.array([0.0, 1.0, 0.0])).tolist()
+    [0.2, 1.0]
     """
-    level = np.zeros(len(d_sigma))
-    for increments, drift in ((d_sigma, sigma_drift), (d_eps, eps_drift)):
-        size = np.linalg.norm(increments, axis=-1)
-        level += np.divide(np.linalg.norm(drift), size, out=np.full(len(size), 2.0), where=size > 0.0)
-    return np.where(np.isfinite(level), np.minimum(level, 2.0), 2.0)
+    size, drifted = np.linalg.norm(increments, axis=-1), np.linalg.norm(drift)
+    share = np.divide(drifted, size, out=np.ones(len(size)), where=size > 0.0)
+    return np.fmin(share, 1.0)
 
 
-def find_edges(alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: np.ndarray) -> list[Edge]:
+def find_edges(
+    alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: np.ndarray, turned: np.ndarray
+) -> list[Edge]:
     """Edges of the sectors in which W2n is negative, each with its uncertainty.
 
     1. An edge lies between two neighbours of different sign: its middle is the edge, half of it its first uncertainty.
@@ -131,7 +135,10 @@ def find_edges(alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: 
         Normalised second-order work, and the value below which its sign can be the drift's.
     answered : (n,) array
         Directions of the answers in degrees. Each edge is given in these, too: where the answer is when W2n is zero,
-        linear between the two probes; its uncertainty is half the angle between their answers plus that of the band.
+        linear between the two probes, which near a limit state are far apart. Its uncertainty is the angle to the
+        farther of their answers, plus that of the band, plus
+    turned : (n,) array
+        the angle in degrees by which the drift can turn an answer.
     """
     negative = w2n < 0.0
     found = []
@@ -142,10 +149,9 @@ def find_edges(alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: 
         turn = float(wrap(answered[ahead[0]] - answered[k]))
         at_k, after = np.nan_to_num(w2n[[k, ahead[0]]])
         zero = float(at_k / (at_k - after)) if at_k != after else 0.5
-        reach, answered_reach = 0.0, 0.0
-        for order, start in ((ahead, zero), (behind, 1.0 - zero)):
-            way, answered_way = _reach(order, start, alpha, w2n, level, answered)
-            reach, answered_reach = max(reach, way), max(answered_reach, answered_way)
+        ways = [_reach(*way, alpha, w2n, level, answered) for way in ((ahead, zero), (behind, 1.0 - zero))]
+        reach, answered_reach = np.max(ways, axis=0).tolist()
+        farther = max(zero, 1.0 - zero) * abs(turn)
         found.append(
             Edge(
                 opens=bool(negative[ahead[0]]),
@@ -153,7 +159,7 @@ def find_edges(alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: 
                 alpha=float(alpha[k] + 0.5 * gap),
                 uncertainty=min(0.5 * gap + reach, UNKNOWN),
                 answered=float((answered[k] + zero * turn) % 360.0),
-                answered_uncertainty=min(0.5 * abs(turn) + answered_reach, UNKNOWN),
+                answered_uncertainty=min(farther + answered_reach + max(turned[k], turned[ahead[0]]), UNKNOWN),
             )
         )
     return found

@@ -46,12 +46,12 @@ def cone_ensemble(
     Returns
     -------
     xarray.Dataset
-        Dimensions `specimen` and `sector` (the widest first): `smallest_w2n`, `smallest_alpha`, `drift_share`, `opening`,
-        `is_significant`, `is_unstable`, the edges in directions of strain and their uncertainties. Over the specimens,
-        dimension `statistic` ("smallest", "lower_quartile", "median", "upper_quartile", "largest"):
+        Dimensions `specimen` and `sector` (widest first): `smallest_w2n`, `smallest_alpha`, `drift_share`, `opening`,
+        `is_significant`, `is_unstable`, the edges and their uncertainties; all directions are those of strain. Over the
+        specimens, dimension `statistic` ("smallest", "lower_quartile", "median", "upper_quartile", "largest"):
         `smallest_w2n_summary`, `smallest_alpha_summary`, `opening_summary`, and of the widest sectors of those with a
-        significant cone `edge_from_summary`, `edge_to_summary`; directions are circular. `unstable_share` is the share of
-        specimens with a significant cone.
+        significant cone `edge_from_summary`, `edge_to_summary`; directions are circular. `unstable_share` is the share
+        of specimens with a significant cone.
 
     Raises
     ------

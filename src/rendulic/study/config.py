@@ -5,9 +5,9 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field
 
 from rendulic.dem.laws import LinearFrictional
 from rendulic.dem.quasi_static import QuasiStatic
@@ -46,6 +46,17 @@ class Contact(Section):
         return LinearFrictional(self.modulus_pa, self.tangential_ratio, self.friction, self.stiffness_rule)
 
 
+def _increasing(eta: tuple[float, ...]) -> tuple[float, ...]:
+    if not eta or not all(0.0 <= value < 3.0 for value in eta):
+        raise ValueError("stress ratios must be numbers between 0 and 3")
+    if any(later - earlier < 0.01 for earlier, later in pairwise(eta)):
+        raise ValueError("stress ratios must increase by at least 0.01, twice the tolerance to which they are reached")
+    return eta
+
+
+StressRatios = Annotated[tuple[float, ...], AfterValidator(_increasing)]
+
+
 class Loading(Section):
     """How the test is run; see `dem.quasi_static.QuasiStatic`."""
 
@@ -53,19 +64,8 @@ class Loading(Section):
     unbalanced_limit: Positive = 5e-3
     damping: float = Field(0.3, ge=0, lt=1)
     mass_scaling: float = Field(1.0, ge=0)
-    eta: tuple[float, ...] = Field(description="stress ratios q/p of the states to probe, increasing")
+    eta: StressRatios = Field(description="stress ratios q/p of the states to probe, increasing")
     axial_strain: Positive = Field(0.1, description="where the test of Figs. 1 and 2 ends")
-
-    @field_validator("eta")
-    @classmethod
-    def _increasing(cls, eta: tuple[float, ...]) -> tuple[float, ...]:
-        if not eta or not all(0.0 <= value < 3.0 for value in eta):
-            raise ValueError("stress ratios must be numbers between 0 and 3")
-        if any(later - earlier < 0.01 for earlier, later in pairwise(eta)):
-            raise ValueError(
-                "stress ratios must increase by at least 0.01, twice the tolerance to which they are reached"
-            )
-        return eta
 
     def speed(self) -> QuasiStatic:
         """The rates for the engine."""
@@ -73,36 +73,56 @@ class Loading(Section):
                            mass_scaling=self.mass_scaling)  # fmt: skip
 
 
+def _divides_the_circle(step: float) -> float:
+    directions.rendulic(step)
+    return step
+
+
+Step = Annotated[Positive, AfterValidator(_divides_the_circle)]
+
+
+def _increasing_norms(norms: tuple[float, ...]) -> tuple[float, ...]:
+    if not norms or list(norms) != sorted(set(norms)):
+        raise ValueError("norms must be increasing")
+    return norms
+
+
+Norms = Annotated[tuple[Positive, ...], AfterValidator(_increasing_norms)]
+
+
 class Probes(Section):
     """The strain probes from each state."""
 
-    step_deg: Positive = Field(10.0, description="angle between directions in the Rendulic plane")
-    norms: tuple[Positive, ...] = Field((5e-5,), description="increasing norms of the strain increment")
+    step_deg: Step = Field(10.0, description="angle between directions in the Rendulic plane")
+    norms: Norms = Field((5e-5,), description="increasing norms of the strain increment")
     diagram_norm: Positive = Field(5e-5, description="the norm drawn in Figs. 3 and 4")
     n_steps: int = Field(5000, ge=1, description="time steps up to the smallest norm")
     damping: float = Field(0.05, ge=0, lt=1)
 
-    @field_validator("step_deg")
-    @classmethod
-    def _divides_the_circle(cls, step: float) -> float:
-        directions.rendulic(step)
-        return step
 
-    @field_validator("norms")
-    @classmethod
-    def _increasing(cls, norms: tuple[float, ...]) -> tuple[float, ...]:
-        if not norms or list(norms) != sorted(set(norms)):
-            raise ValueError("norms must be increasing")
-        return norms
+class Failure(Section):
+    """Cones, bursts and anatomy: of several packings, loose and dense, at the probes' `diagram_norm`."""
+
+    n_seeds: int = Field(2, ge=1, description="packings of each density; seeds from the specimen's on")
+    dense_growth_friction: float = Field(0.0, ge=0, description="friction during growth of the dense packings")
+    dense_eta: StressRatios = Field((0.4, 0.6, 0.8, 0.9, 1.0), description="stress ratios of their states")
+    norms: Norms = Field(
+        (1e-5, 2e-5, 5e-5, 7e-5, 1e-4, 2e-4), description="sizes, with diagram_norm, to compare cones at"
+    )
+    step_deg: Step = Field(10.0, description="angle between the directions that cones are first sought in")
+    tolerance_deg: Positive = Field(0.5, description="to which the edges of cones are bracketed")
+    sphere_directions: int = Field(200, ge=20, description="probes over the whole sphere of principal increments")
+    burst_step_deg: Step = Field(20.0, description="angle between the directions of bursts; more lie within cones")
 
 
 class GrainStudy(Section):
-    """A specimen, its loading, and the probes of the states on the way."""
+    """A specimen, its loading, the probes of the states on the way, and their failure."""
 
     specimen: Packing
     contact: Contact = Contact()
     loading: Loading
     probes: Probes = Probes()
+    failure: Failure = Failure()
 
     def model_post_init(self, _context: Any) -> None:
         if self.probes.diagram_norm not in self.probes.norms:

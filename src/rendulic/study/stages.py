@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ from rendulic.whole_file import whole_file, writable_folder
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["claim", "file_of", "final_curve", "probes_at", "specimen_of", "state_at"]
+__all__ = ["at_rest", "claim", "file_of", "final_curve", "kept", "probes_at", "specimen_of", "state_at"]
 
 RESULTS_SCHEMA = 1  # raised with every change of results: older stages are then not reused
 
@@ -99,24 +100,44 @@ def final_curve(
     study: GrainStudy, folder: Path, sample: Assembly, left: float, anew: bool, progress: Progress
 ) -> xr.Dataset:
     """The compression from the last state to the final strain."""
-    path = folder / "curve_final.nc"
-    if path.exists() and not anew:
-        return read_dataset(path)
     path_left = paths.drained_triaxial(left, lateral_stress=study.specimen.pressure_pa)
-    curve = sample.load(path_left, speed=study.loading.speed(), progress=progress)
-    write_dataset(curve, path)
-    return curve
+    return kept(
+        folder / "curve_final.nc",
+        anew,
+        lambda: sample.load(path_left, speed=study.loading.speed(), progress=progress),
+    )
 
 
 def probes_at(
     study: GrainStudy, folder: Path, eta: float, anew: bool, workers: int | None, progress: Progress
 ) -> xr.Dataset:
-    path = file_of(folder, "probes", eta, "nc")
-    if path.exists() and not anew:
-        return read_dataset(path)
+    """Probes of a state in all directions at all norms."""
+    around = directions.rendulic(study.probes.step_deg)
+    return kept(
+        file_of(folder, "probes", eta, "nc"),
+        anew,
+        lambda: probe(
+            at_rest(study, folder, eta),
+            around,
+            study.probes.norms,
+            study.probes.n_steps,
+            workers=workers,
+            progress=progress,
+        ),
+    )
+
+
+def at_rest(study: GrainStudy, folder: Path, eta: float) -> Assembly:
+    """A finished state, damped as probes are."""
     sample = Assembly.from_state(State.from_file(file_of(folder, "state", eta, "h5")))
     sample.damping = study.probes.damping
-    around = directions.rendulic(study.probes.step_deg)
-    probes = probe(sample, around, study.probes.norms, study.probes.n_steps, workers=workers, progress=progress)
-    write_dataset(probes, path)
-    return probes
+    return sample
+
+
+def kept(path: Path, anew: bool, make: Callable[[], xr.Dataset]) -> xr.Dataset:
+    """A result from its file, or made and written there."""
+    if path.exists() and not anew:
+        return read_dataset(path)
+    made = make()
+    write_dataset(made, path)
+    return made

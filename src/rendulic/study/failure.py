@@ -1,0 +1,234 @@
+"""The states of several packings and what their failure is read from; each finished result is a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rendulic.dem.assembly import Assembly
+from rendulic.io.tables import write_dataset
+from rendulic.loading import directions
+from rendulic.loading.directions import Directions
+from rendulic.probing.anatomy import anatomy
+from rendulic.probing.burst import bursts
+from rendulic.probing.cone import Cone, cone_of, probe_to_edges
+from rendulic.probing.probe import probe
+from rendulic.progress import Progress
+from rendulic.study.config import GrainStudy
+from rendulic.study.stages import at_rest, claim, file_of, kept, specimen_of, state_at
+from rendulic.tensors.rendulic_plane import increment_along
+from rendulic.whole_file import writable_folder
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["FailureResults", "PackedState", "PackingStates", "around_and_within"]
+
+
+@dataclass(frozen=True, eq=False)
+class PackingStates:
+    """One packing of the study in a folder of its own, with its states at rest."""
+
+    density: str
+    study: GrainStudy
+    folder: Path
+    is_fresh: dict[float, bool]  # whether a state was made now: what follows from it is then made again, too
+
+    @property
+    def seed(self) -> int:
+        return self.study.specimen.seed
+
+    @property
+    def name(self) -> str:
+        return f"{self.density}, seed {self.seed}"
+
+
+@dataclass(frozen=True)
+class PackedState:
+    """One state of one packing."""
+
+    packing: PackingStates
+    eta: float
+
+    @property
+    def name(self) -> str:
+        return f"{self.packing.name}, eta = {self.eta:g}"
+
+    @property
+    def is_fresh(self) -> bool:
+        return self.packing.is_fresh[self.eta]
+
+    def at_rest(self) -> Assembly:
+        return at_rest(self.packing.study, self.packing.folder, self.eta)
+
+    def burst_file(self, alpha: float) -> Path:
+        folder = self.packing.folder / f"bursts_eta_{self.eta:.3f}"
+        return writable_folder(folder) / f"alpha_{alpha:07.3f}.nc"
+
+
+def _packings(study: GrainStudy, folder: Path) -> Iterator[tuple[str, GrainStudy, Path]]:
+    """Density, study and folder of every packing; the study's own comes first and stays in its folder."""
+    failure = study.failure
+    dense = {"growth_friction": failure.dense_growth_friction}
+    for density, etas, recipe in (("loose", study.loading.eta, {}), ("dense", failure.dense_eta, dense)):
+        for k in range(failure.n_seeds):
+            if density == "loose" and k == 0:
+                yield density, study, folder
+                continue
+            seed = study.specimen.seed + k
+            specimen = study.specimen.model_copy(update={"seed": seed, **recipe})
+            loading = study.loading.model_copy(update={"eta": etas})
+            own = study.model_copy(update={"specimen": specimen, "loading": loading})
+            yield density, own, folder / f"{density}_seed_{seed}"
+
+
+class FailureResults:
+    """What the figures need, computed when the first of them asks, and kept in files."""
+
+    def __init__(self, study: GrainStudy, folder: Path, workers: int | None, stage: Callable[[str], Progress]) -> None:
+        self.study, self.folder, self.workers, self.stage = study, folder, workers, stage
+
+    @cached_property
+    def packings(self) -> list[PackingStates]:
+        """All packings, loose and dense, with their states; the study's own first."""
+        return [self.own_packing, *(self._prepared(*each) for each in list(_packings(self.study, self.folder))[1:])]
+
+    @cached_property
+    def own_packing(self) -> PackingStates:
+        """The study's own, which needs none of the others."""
+        return self._prepared(*next(_packings(self.study, self.folder)))
+
+    def _prepared(self, density: str, own: GrainStudy, folder: Path) -> PackingStates:
+        name = f"{density} packing, seed {own.specimen.seed}"
+        claim(folder, own)
+        sample, fresh = specimen_of(own, folder, self.stage(name))
+        is_fresh = {}
+        for eta in own.loading.eta:
+            _, fresh = state_at(own, folder, sample, eta, fresh, self.stage(f"{name}: shear to eta = {eta:g}"))
+            is_fresh[eta] = fresh
+        return PackingStates(density, own, folder, is_fresh)
+
+    @cached_property
+    def states(self) -> list[PackedState]:
+        """All states of all packings."""
+        return [PackedState(packing, eta) for packing in self.packings for eta in packing.study.loading.eta]
+
+    @property
+    def own(self) -> list[PackedState]:
+        """States of the study's own packing."""
+        return [PackedState(self.own_packing, eta) for eta in self.study.loading.eta]
+
+    def kept(self, state: PackedState, what: str, make: Callable[[Assembly, Progress], xr.Dataset]) -> xr.Dataset:
+        """A result of a state from its file, or made from the state at rest."""
+        path = file_of(state.packing.folder, what, state.eta, "nc")
+        progress = self.stage(f"{what}: {state.name}")
+        return kept(path, state.is_fresh, lambda: make(state.at_rest(), progress))
+
+    @cached_property
+    def sweeps(self) -> dict[PackedState, xr.Dataset]:
+        """Probes that bracket the edges of every state; at all norms if the packing has the study's seed."""
+        return {state: self.kept(state, "cone", partial(self._sweep, state)) for state in self.states}
+
+    def _sweep(self, state: PackedState, sample: Assembly, progress: Progress) -> xr.Dataset:
+        failure, probes = self.study.failure, self.study.probes
+        norms: tuple[float, ...] = (probes.diagram_norm,)
+        if state.packing.seed == self.own_packing.seed:
+            norms = tuple(sorted({*failure.norms, probes.diagram_norm}))
+        return probe_to_edges(
+            sample, directions.rendulic(failure.step_deg), norms, round(probes.n_steps * norms[0] / probes.norms[0]),
+            tolerance=failure.tolerance_deg, refine_smallest=True, workers=self.workers, progress=progress,
+        )  # fmt: skip
+
+    @cached_property
+    def cones(self) -> dict[PackedState, Cone]:
+        """At the norm of the diagrams."""
+        return {state: cone_of(data.sel(norm=self.study.probes.diagram_norm)) for state, data in self.sweeps.items()}
+
+    @cached_property
+    def stress_cones(self) -> dict[PackedState, Cone]:
+        """The last state of one packing of each density probed by stress; see `_stress_probes`."""
+        last = {state.packing.density: state for state in self.states if state.packing.seed == self.own_packing.seed}
+        return {
+            state: cone_of(self.kept(state, "cone_of_stress", partial(self._stress_probes, state)))
+            for state in last.values()
+        }
+
+    def _stress_probes(self, state: PackedState, sample: Assembly, progress: Progress) -> xr.Dataset:
+        """Stress probes as large as the stress that answers the most unstable strain probe.
+
+        Larger ones would drive that direction, the softest, beyond the strain of the strain probes.
+        """
+        failure = self.study.failure
+        answers = self.cones[state].probes.d_sigma.sel(alpha=self.cones[state].smallest_alpha)
+        return probe_to_edges(
+            sample, directions.rendulic(failure.step_deg), float(np.linalg.norm(answers)), self.steps, kind="stress",
+            tolerance=failure.tolerance_deg, workers=self.workers, progress=progress,
+        )  # fmt: skip
+
+    @property
+    def steps(self) -> int:
+        """Steps of a probe of the diagrams' norm."""
+        return round(self.study.probes.n_steps * self.study.probes.diagram_norm / self.study.probes.norms[0])
+
+    @cached_property
+    def sphere(self) -> xr.Dataset:
+        """Probes of the own last state over the whole sphere of increments."""
+        on_sphere, norm = directions.sphere(self.study.failure.sphere_directions), self.study.probes.diagram_norm
+        return self.kept(
+            self.own[-1],
+            "sphere",
+            lambda sample, progress: probe(
+                sample, on_sphere, norm, self.steps, workers=self.workers, progress=progress
+            ),
+        )
+
+    @cached_property
+    def anatomies(self) -> dict[PackedState, xr.Dataset]:
+        """Probes of the own states with their anatomy."""
+        around, norm = directions.rendulic(self.study.failure.step_deg), self.study.probes.diagram_norm
+        return {
+            state: self.kept(
+                state,
+                "anatomy",
+                lambda sample, progress: probe(
+                    sample, around, norm, self.steps, anatomy=True, workers=self.workers, progress=progress
+                ),
+            )
+            for state in self.own
+        }
+
+    def dissected(self, state: PackedState) -> tuple[float, xr.Dataset]:
+        """The anatomy of a state's most unstable direction of those probed, with every contact."""
+        data = self.anatomies[state]
+        alpha = float(data.alpha[int(np.nanargmin(data.w2_normalised.values))])
+        before = state.at_rest()
+        after = before.clone()
+        after.probe(increment_along(alpha, self.study.probes.diagram_norm), self.steps)
+        return alpha, anatomy(before.snapshot(), after.snapshot())
+
+    @cached_property
+    def bursts(self) -> dict[PackedState, xr.Dataset]:
+        """Predicted and observed failure of every state, the curve of every burst in a file of its own."""
+        return {state: self.kept(state, "bursts", partial(self._bursts, state)) for state in self.states}
+
+    def _bursts(self, state: PackedState, sample: Assembly, progress: Progress) -> xr.Dataset:
+        cone = self.cones[state]
+
+        def keep(alpha: float, curve: xr.Dataset) -> None:
+            write_dataset(curve, state.burst_file(alpha))
+
+        return bursts(
+            sample, around_and_within(cone, self.study.failure.burst_step_deg), self.study.probes.diagram_norm, self.steps,
+            cone=cone, workers=self.workers, progress=progress, on_burst=keep,
+        )  # fmt: skip
+
+
+def around_and_within(cone: Cone, step: float) -> Directions:
+    """Directions all around, and at a quarter, a half and three quarters of every sector of a cone."""
+    within = [first + share * (last - first) for first, last in cone.sectors for share in (0.25, 0.5, 0.75)]
+    return directions.axisymmetric(np.unique(np.concatenate((directions.rendulic(step).alpha, np.mod(within, 360.0)))))

@@ -1,0 +1,142 @@
+"""The study of failure on two tiny packings: its numbers mean nothing, its files are those of any study."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import rendulic as rd
+from rendulic.errors import InvalidInput
+from rendulic.io.tables import read_dataset
+from rendulic.probing.burst import VERDICTS
+from rendulic.study.config import GrainStudy
+from rendulic.study.failure import around_and_within
+from rendulic.study.failure_tables import burst_text
+from rendulic.study.reproduce_failure import FIGURES, reproduce_failure
+
+TINY = {
+    "specimen": {"n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3, "seed": 2},
+    "loading": {"inertial_number": 2e-4, "eta": (0.1, 0.2), "axial_strain": 0.01},
+    "probes": {"step_deg": 60, "norms": (5e-5, 1e-4), "diagram_norm": 1e-4, "n_steps": 50},
+    "failure": {
+        "n_seeds": 1, "dense_eta": (0.2,), "norms": (2e-5, 5e-5), "step_deg": 45, "tolerance_deg": 10,
+        "sphere_directions": 20, "burst_step_deg": 120,
+    },
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("failure")
+    return folder, reproduce_failure(GrainStudy.model_validate(TINY), folder)
+
+
+def test_every_figure_and_table_is_made(done):
+    folder, files = done
+    assert set(files) == set(FIGURES)
+    for name, made in files.items():
+        assert {file.suffix for file in made} >= {".png", ".pdf"}
+        for file in made:
+            assert file.parent == folder
+            assert file.name.startswith(name)
+            assert file.stat().st_size > (4000 if file.suffix in (".png", ".pdf") else 300)
+    assert not [path for path in folder.rglob("*") if path.suffix in (".tmp", ".part")]
+
+
+def test_bursts_are_told_state_by_state(done):
+    folder, files = done
+    assert {folder / "bursts.csv", folder / "bursts.md"} <= set(files["bursts"])
+    rows = pd.read_csv(folder / "bursts.csv").dropna(subset=["w2_normalised"])
+    states = [f"loose, seed 2, eta = {eta}" for eta in (0.1, 0.2)] + ["dense, seed 2, eta = 0.2"]
+    assert set(states) < set(rows.state)
+    assert set(rows.verdict) <= set(VERDICTS)
+    text = (folder / "bursts.md").read_text(encoding="utf-8")
+    for state in states:
+        here = rows[rows.state == state]
+        assert set(here["alpha [degree]" if "alpha [degree]" in here else "alpha"]) >= {0.0, 120.0, 240.0}
+        assert f"| {state} | {int(here.predicted.sum())} | {int(here.observed.sum())} |" in text
+    # the model: whatever is predicted to fail cannot be controlled, and only that
+    model = rows[rows.state.str.startswith("Chang-Hicher")]
+    assert (model.predicted == model.observed).all()
+    assert model.predicted.any()
+
+
+def test_every_burst_keeps_its_curve(done):
+    folder, _ = done
+    kept = sorted((folder / "bursts_eta_0.100").iterdir())
+    table = read_dataset(folder / "bursts_eta_0.100.nc")
+    assert len(kept) == table.sizes["alpha"]
+    for file, alpha in zip(kept, table.alpha.values, strict=True):
+        curve = read_dataset(file)
+        assert curve.attrs["alpha"] == pytest.approx(float(alpha))
+        assert VERDICTS.index(curve.attrs["verdict"]) == int(table.verdict.sel(alpha=alpha))
+
+
+def test_maps_and_cones_are_those_of_the_states(done):
+    folder, _ = done
+    table = read_dataset(folder / "map_grains_loose.nc")
+    assert table.eta.values.tolist() == [0.1, 0.2]
+    cone = rd.cone_of(read_dataset(folder / "cone_eta_0.200.nc").sel(norm=1e-4))
+    assert float(table.smallest_w2n.sel(eta=0.2, specimen=2)) == cone.smallest_w2n
+    dense = read_dataset(folder / "map_grains_dense.nc")
+    assert dense.sizes["eta"] == 1
+    model = read_dataset(folder / "map_chang_hicher_loose_drained.nc")
+    assert 0.9 < float(model.first_eta[0]) < 0.95
+
+
+def test_a_second_run_finds_everything(done):
+    folder, _ = done
+    stages = [path for path in folder.rglob("*") if path.suffix in (".h5", ".nc") and not path.name.startswith("map_")]
+    before = {path: path.stat().st_mtime_ns for path in stages}
+    assert len(before) > 15
+    reproduce_failure(GrainStudy.model_validate(TINY), folder, ["map", "anatomy"])
+    assert {path: path.stat().st_mtime_ns for path in stages} == before
+
+
+def test_an_anatomy_needs_no_other_packing(tmp_path, done):
+    import shutil
+
+    own = tmp_path / "own"
+    own.mkdir()
+    for path in done[0].iterdir():
+        if path.name.startswith(("study", "specimen", "state", "curve", "anatomy")):
+            shutil.copy(path, own)
+    reproduce_failure(GrainStudy.model_validate(TINY), own, ["anatomy"])
+    assert not [path for path in own.iterdir() if path.is_dir()]
+
+
+def test_unknown_figures_are_refused(tmp_path):
+    with pytest.raises(InvalidInput, match="unknown figure 'conez': did you mean 'cones'"):
+        reproduce_failure(GrainStudy.model_validate(TINY), tmp_path / "out", ["conez"])
+    assert not (tmp_path / "out").exists()
+
+
+def test_directions_lie_all_around_and_within_every_sector():
+    state = rd.ChangHicher.preset("hostun_loose").at(300e3, 0.9)
+    state.load(rd.paths.drained_triaxial(0.5, until_eta=1.0))
+    cone = rd.instability_cone(state, norm=1e-7, n_steps=1)
+    ((first, last),) = cone.sectors
+    alpha = np.array(around_and_within(cone, 60.0).alpha)
+    assert set(np.arange(0.0, 360.0, 60.0)) < set(alpha)
+    inside = alpha[(alpha > first) & (alpha < last)]
+    assert np.allclose((inside[inside % 60.0 > 0.0] - first) / (last - first), [0.25, 0.5, 0.75])
+
+
+def test_disagreements_are_listed():
+    """Four directions, of which one settles against its prediction and one is undecided."""
+    import xarray as xr
+
+    table = xr.Dataset(
+        {
+            "w2_normalised": ("alpha", [0.9, -0.4, -0.5, 0.1]), "predicted": ("alpha", [False, True, True, False]),
+            "observed": ("alpha", [False, True, False, False]), "verdict": ("alpha", [0, 1, 0, 3]),
+            "to_edge": ("alpha", [90.0, 20.0, 20.0, 4.0]), "ratio": ("alpha", [0.0, 1.0, 0.5, 0.2]),
+        },
+        {"alpha": [0.0, 120.0, 140.0, 160.0]},
+    )  # fmt: skip
+    text = burst_text({"a state": table})
+    assert "| a state | 2 | 1 | 3 | 2 |  |" in text
+    assert "| a state | 140 | 0.50 | -0.500 | settles |" in text
+    assert "| a state | 160 | 0.20 | +0.100 | undecided |" in text
+    assert "| 120 | 1.00 | -0.40 **fails** |" in text
