@@ -105,7 +105,7 @@ def burst(
         Dimension `record`: the curve, with `phase`, strain along the direction, load, energies since rest
         (J), error of their balance. In `attrs`: `verdict`; `kinetic_growth`, the largest kinetic energy of the
         hold over that of the disturbance (the affine motion of the push, or the kick); `travelled`, the largest strain along
-        the direction over `norm`; `settled`; `balance_error`.
+        the direction, with its sign, over `norm`; `settled`; `balance_error`.
 
         "fails": the kinetic energy grew a hundredfold, and there was no equilibrium: the strain ran to its limit, or the
         specimen was still flowing at the end. "arrested": it moved by more than ten times the disturbance and then
@@ -212,22 +212,22 @@ class _Watch:
         """The held load, until at rest, or beyond the limit of strain, or to the end; the curve with the verdict."""
         assembly = self.assembly
         peak, furthest, calm, done = 0.0, 0.0, 0, 0
-        while done < n_steps and calm < 3 and furthest < strain_limit:
+        while done < n_steps and calm < 3 and abs(furthest) < strain_limit:
             assembly.renew_time_step()
             assembly.advance(every, drive)
             self.step(drive)
             done += every + 1
             self.record(2)
             peak = max(peak, sum(kinetic_energy(assembly)))
-            furthest = max(furthest, abs(self.moved))
+            furthest = max(furthest, self.moved, key=abs)
             off = abs(float(self.u @ np.diag(assembly.stress)) - self.load)
             at_rest = unbalanced_force(assembly) <= CALM and off <= 1e-3 * assembly.pressure
             calm = calm + 1 if at_rest else 0
         growth, travelled, settled = peak / self.reference_energy, furthest / self.norm, calm >= 3
-        flows = furthest >= strain_limit or unbalanced_force(assembly) > FLOWS
+        flows = abs(furthest) >= strain_limit or unbalanced_force(assembly) > FLOWS
         if growth > GROWS and flows:
             verdict = "fails"
-        elif travelled > SLIPS:
+        elif abs(travelled) > SLIPS:
             verdict = "arrested"
         else:
             verdict = "settles" if settled else "undecided"

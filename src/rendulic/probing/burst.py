@@ -12,7 +12,7 @@ import numpy as np
 
 from rendulic.checks import finite_array, positive_number, whole_number
 from rendulic.errors import InvalidInput
-from rendulic.loading.directions import Directions
+from rendulic.loading.directions import Directions, axisymmetric
 from rendulic.probing.cone import Cone
 from rendulic.probing.probe import probe
 from rendulic.probing.second_order_work import second_order_work
@@ -23,12 +23,12 @@ from rendulic.tensors.rendulic_plane import increment_along
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["VERDICTS", "agreement", "burst", "bursts"]
+__all__ = ["VERDICTS", "agreement", "burst", "bursts", "judged"]
 
 VERDICTS = ("settles", "fails", "arrested", "undecided")
 NUMBERS = {
     "kinetic_growth": ("largest kinetic energy over that of the disturbance", "1"),
-    "travelled": ("largest strain along the direction over the norm", "1"),
+    "travelled": ("largest strain along the direction, with its sign, over the norm", "1"),
     "balance_error": ("error of the energy balance, relative to the largest term", "1"),
     "equation_1_residual": ("largest error of Eq. 1 over single steps, relative to the largest term", "1"),
 }
@@ -55,7 +55,7 @@ def burst(specimen: Specimen, alpha, norm: float = 5e-5, n_steps: int = 5000, **
     Returns
     -------
     xarray.Dataset
-        The curve, with `verdict` ("settles", "fails", "arrested" or "undecided") in its attributes, and `alpha` and `ratio`
+        The curve, with `verdict` (one of `VERDICTS`) in its attributes, and `alpha` and `ratio`
         (R of `d_eps_1 + 2 R d_eps_3 = 0`) for directions of the Rendulic plane. For grains also Eq. 1 of the paper over one step at
         each record: `d_kinetic` against `first_order + (b2 - w2) / 2`, where `first_order` is the work of the resultants on
         the grains at the beginning, which vanishes at rest.
@@ -136,7 +136,7 @@ def bursts(
     Returns
     -------
     xarray.Dataset
-        Dimension `alpha`: `w2_normalised`, `w2_drift`; `predicted` (W2 < 0) and `observed` failure; `verdict`, index into
+        Dimension `alpha`: `w2_normalised`, also of the opposite direction, `w2_drift`; `predicted` (W2 < 0) and `observed` failure; `verdict`, index into
         `VERDICTS`; `to_edge`, degrees to the nearest edge of a cone (if none is given, interpolated between the probes);
         `ratio` R, and of grains the kinetic growth, the way travelled and the errors of the balances.
         See `agreement`.
@@ -152,7 +152,11 @@ def bursts(
     def on_probe(done: float, total: float, note: str = "") -> None:
         progress(done / total * count / 2, count, note)
 
-    probed = probe(specimen, directions, norm, n_steps, workers=workers, progress=on_probe)
+    around = np.array(directions.alpha)
+    both = np.unique(np.concatenate((around, (around + 180.0) % 360.0)))
+    probed = probe(specimen, axisymmetric(both), norm, n_steps, workers=workers, progress=on_probe)
+    opposite = probed.w2_normalised.sel(alpha=(around + 180.0) % 360.0).values
+    probed = probed.sel(alpha=around)
 
     def follow(alpha: float) -> xr.Dataset:
         nonlocal followed
@@ -170,13 +174,13 @@ def bursts(
         for alpha, curve in zip(directions.alpha, curves, strict=True):
             on_burst(alpha, curve)
     w2n = probed.w2_normalised.values
-    around = np.array(directions.alpha)
     if cone is None:
         to_edge = distance_to_edge(around, w2n)
     else:
         to_edge = _nearest(around, np.ravel([] if cone.opening >= 360.0 else cone.sectors))
     verdict = np.array([VERDICTS.index(curve.attrs["verdict"]) for curve in curves])
     columns: dict[str, tuple[np.ndarray, str, str]] = {
+        "w2_normalised_opposite": (opposite, "normalised second-order work of the opposite direction", "1"),
         "predicted": (w2n < 0.0, "second-order work negative", "1"),
         "observed": (verdict == VERDICTS.index("fails"), "failure observed", "1"),
         "verdict": (verdict, f"index into {', '.join(VERDICTS)}", "1"),
@@ -215,7 +219,11 @@ def _nearest(alpha: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def agreement(table: xr.Dataset, margin: float = 5.0) -> tuple[int, int]:
-    """How many directions further than `margin` degrees from an edge agree, and how many there are.
+    """How many of the directions that the prediction speaks of agree, and how many there are.
+
+    Not counted are directions closer than `margin` degrees to an edge, and stable ones whose opposite is
+    unstable: a burst moves either way along its line, so that taking the push back can set off the
+    failure of the opposite direction, or not.
 
     Parameters
     ----------
@@ -227,6 +235,13 @@ def agreement(table: xr.Dataset, margin: float = 5.0) -> tuple[int, int]:
     agreeing, counted : int
         Only "fails" is failure; an avalanche that was arrested is not, and an undecided burst never agrees.
     """
-    counted = table.to_edge.values > margin
-    agrees = (table.predicted.values == table.observed.values) & (table.verdict.values != VERDICTS.index("undecided"))
+    agrees, counted = judged(table, margin)
     return int((agrees & counted).sum()), int(counted.sum())
+
+
+def judged(table: xr.Dataset, margin: float = 5.0) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each direction agrees, and whether it is counted; see `agreement`."""
+    predicted, verdict = table.predicted.values, table.verdict.values
+    counted = (table.to_edge.values > margin) & (predicted | (table.w2_normalised_opposite.values >= 0.0))
+    agrees = (predicted == table.observed.values) & (verdict != VERDICTS.index("undecided"))
+    return agrees, counted

@@ -101,14 +101,17 @@ class Probes(Section):
 
 
 class Failure(Section):
-    """Cones, bursts and anatomy: of several packings, loose and dense, at the probes' `diagram_norm`."""
+    """Cones, bursts and anatomy of several packings, loose and dense; probes are as fast as those of `Probes`."""
 
     n_seeds: int = Field(2, ge=1, description="packings of each density; seeds from the specimen's on")
-    dense_growth_friction: float = Field(0.0, ge=0, description="friction during growth of the dense packings")
-    dense_eta: StressRatios = Field((0.4, 0.6, 0.8, 0.9, 1.0), description="stress ratios of their states")
-    norms: Norms = Field(
-        (1e-5, 2e-5, 5e-5, 7e-5, 1e-4, 2e-4), description="sizes, with diagram_norm, to compare cones at"
+    loose_eta: StressRatios = Field(
+        (0.3, 0.4, 0.5, 0.6, 0.7), description="stress ratios of the packings of the recipe"
     )
+    dense_eta: StressRatios = Field((0.6, 0.8, 0.9, 1.0), description="stress ratios of the dense packings")
+    dense_growth_friction: float = Field(0.0, ge=0, description="friction during growth of the dense packings")
+    axial_strain: Positive = Field(0.15, description="where loading is given up")
+    norm: Positive = Field(1e-4, description="strain of probes, and of the push that starts a burst")
+    norms: Norms = Field((1e-5, 2e-5, 5e-5, 1e-4, 2e-4), description="further sizes to compare cones at")
     step_deg: Step = Field(10.0, description="angle between the directions that cones are first sought in")
     tolerance_deg: Positive = Field(0.5, description="to which the edges of cones are bracketed")
     sphere_directions: int = Field(200, ge=20, description="probes over the whole sphere of principal increments")

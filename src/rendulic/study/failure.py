@@ -72,17 +72,13 @@ class PackedState:
 
 
 def _packings(study: GrainStudy, folder: Path) -> Iterator[tuple[str, GrainStudy, Path]]:
-    """Density, study and folder of every packing; the study's own comes first and stays in its folder."""
+    """Density, study and folder of every packing."""
     failure = study.failure
     dense = {"growth_friction": failure.dense_growth_friction}
-    for density, etas, recipe in (("loose", study.loading.eta, {}), ("dense", failure.dense_eta, dense)):
-        for k in range(failure.n_seeds):
-            if density == "loose" and k == 0:
-                yield density, study, folder
-                continue
-            seed = study.specimen.seed + k
+    for density, etas, recipe in (("loose", failure.loose_eta, {}), ("dense", failure.dense_eta, dense)):
+        for seed in range(study.specimen.seed, study.specimen.seed + failure.n_seeds):
             specimen = study.specimen.model_copy(update={"seed": seed, **recipe})
-            loading = study.loading.model_copy(update={"eta": etas})
+            loading = study.loading.model_copy(update={"eta": etas, "axial_strain": failure.axial_strain})
             own = study.model_copy(update={"specimen": specimen, "loading": loading})
             yield density, own, folder / f"{density}_seed_{seed}"
 
@@ -95,12 +91,12 @@ class FailureResults:
 
     @cached_property
     def packings(self) -> list[PackingStates]:
-        """All packings, loose and dense, with their states; the study's own first."""
-        return [self.own_packing, *(self._prepared(*each) for each in list(_packings(self.study, self.folder))[1:])]
+        """All packings, loose and dense, with their states."""
+        return [self.first_packing, *(self._prepared(*each) for each in list(_packings(self.study, self.folder))[1:])]
 
     @cached_property
-    def own_packing(self) -> PackingStates:
-        """The study's own, which needs none of the others."""
+    def first_packing(self) -> PackingStates:
+        """The loose one of the study's seed, which needs none of the others."""
         return self._prepared(*next(_packings(self.study, self.folder)))
 
     def _prepared(self, density: str, own: GrainStudy, folder: Path) -> PackingStates:
@@ -119,9 +115,9 @@ class FailureResults:
         return [PackedState(packing, eta) for packing in self.packings for eta in packing.study.loading.eta]
 
     @property
-    def own(self) -> list[PackedState]:
-        """States of the study's own packing."""
-        return [PackedState(self.own_packing, eta) for eta in self.study.loading.eta]
+    def first(self) -> list[PackedState]:
+        """States of the first packing."""
+        return [PackedState(self.first_packing, eta) for eta in self.study.failure.loose_eta]
 
     def kept(self, state: PackedState, what: str, make: Callable[[Assembly, Progress], xr.Dataset]) -> xr.Dataset:
         """A result of a state from its file, or made from the state at rest."""
@@ -135,24 +131,24 @@ class FailureResults:
         return {state: self.kept(state, "cone", partial(self._sweep, state)) for state in self.states}
 
     def _sweep(self, state: PackedState, sample: Assembly, progress: Progress) -> xr.Dataset:
-        failure, probes = self.study.failure, self.study.probes
-        norms: tuple[float, ...] = (probes.diagram_norm,)
-        if state.packing.seed == self.own_packing.seed:
-            norms = tuple(sorted({*failure.norms, probes.diagram_norm}))
+        failure = self.study.failure
+        norms: tuple[float, ...] = (failure.norm,)
+        if state.packing.seed == self.first_packing.seed:
+            norms = tuple(sorted({*failure.norms, failure.norm}))
         return probe_to_edges(
-            sample, directions.rendulic(failure.step_deg), norms, round(probes.n_steps * norms[0] / probes.norms[0]),
+            sample, directions.rendulic(failure.step_deg), norms, self._steps_to(norms[0]),
             tolerance=failure.tolerance_deg, refine_smallest=True, workers=self.workers, progress=progress,
         )  # fmt: skip
 
     @cached_property
     def cones(self) -> dict[PackedState, Cone]:
-        """At the norm of the diagrams."""
-        return {state: cone_of(data.sel(norm=self.study.probes.diagram_norm)) for state, data in self.sweeps.items()}
+        """At the norm of the study."""
+        return {state: cone_of(data.sel(norm=self.study.failure.norm)) for state, data in self.sweeps.items()}
 
     @cached_property
     def stress_cones(self) -> dict[PackedState, Cone]:
         """The last state of one packing of each density probed by stress; see `_stress_probes`."""
-        last = {state.packing.density: state for state in self.states if state.packing.seed == self.own_packing.seed}
+        last = {state.packing.density: state for state in self.states if state.packing.seed == self.first_packing.seed}
         return {
             state: cone_of(self.kept(state, "cone_of_stress", partial(self._stress_probes, state)))
             for state in last.values()
@@ -172,15 +168,19 @@ class FailureResults:
 
     @property
     def steps(self) -> int:
-        """Steps of a probe of the diagrams' norm."""
-        return round(self.study.probes.n_steps * self.study.probes.diagram_norm / self.study.probes.norms[0])
+        """Steps of a probe of the study's norm."""
+        return self._steps_to(self.study.failure.norm)
+
+    def _steps_to(self, norm: float) -> int:
+        probes = self.study.probes
+        return max(round(probes.n_steps * norm / probes.norms[0]), 1)
 
     @cached_property
     def sphere(self) -> xr.Dataset:
-        """Probes of the own last state over the whole sphere of increments."""
-        on_sphere, norm = directions.sphere(self.study.failure.sphere_directions), self.study.probes.diagram_norm
+        """Probes of the first packing's last state over the whole sphere of increments."""
+        on_sphere, norm = directions.sphere(self.study.failure.sphere_directions), self.study.failure.norm
         return self.kept(
-            self.own[-1],
+            self.first[-1],
             "sphere",
             lambda sample, progress: probe(
                 sample, on_sphere, norm, self.steps, workers=self.workers, progress=progress
@@ -189,8 +189,8 @@ class FailureResults:
 
     @cached_property
     def anatomies(self) -> dict[PackedState, xr.Dataset]:
-        """Probes of the own states with their anatomy."""
-        around, norm = directions.rendulic(self.study.failure.step_deg), self.study.probes.diagram_norm
+        """Probes of the first packing's states with their anatomy."""
+        around, norm = directions.rendulic(self.study.failure.step_deg), self.study.failure.norm
         return {
             state: self.kept(
                 state,
@@ -199,7 +199,7 @@ class FailureResults:
                     sample, around, norm, self.steps, anatomy=True, workers=self.workers, progress=progress
                 ),
             )
-            for state in self.own
+            for state in self.first
         }
 
     def dissected(self, state: PackedState) -> tuple[float, xr.Dataset]:
@@ -208,7 +208,7 @@ class FailureResults:
         alpha = float(data.alpha[int(np.nanargmin(data.w2_normalised.values))])
         before = state.at_rest()
         after = before.clone()
-        after.probe(increment_along(alpha, self.study.probes.diagram_norm), self.steps)
+        after.probe(increment_along(alpha, self.study.failure.norm), self.steps)
         return alpha, anatomy(before.snapshot(), after.snapshot())
 
     @cached_property
@@ -223,7 +223,7 @@ class FailureResults:
             write_dataset(curve, state.burst_file(alpha))
 
         return bursts(
-            sample, around_and_within(cone, self.study.failure.burst_step_deg), self.study.probes.diagram_norm, self.steps,
+            sample, around_and_within(cone, self.study.failure.burst_step_deg), self.study.failure.norm, self.steps,
             cone=cone, workers=self.workers, progress=progress, on_burst=keep,
         )  # fmt: skip
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rendulic.micro.clustering import verdict_of
-from rendulic.probing.burst import VERDICTS, agreement
+from rendulic.probing.burst import VERDICTS, judged
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,35 +36,50 @@ def burst_text(tables: Mapping[str, xr.Dataset]) -> str:
     tables : mapping of state to xarray.Dataset
         From `rd.bursts`; the directions may differ.
     """
-    heads = ("state", "predicted", "failed", "counted", "agree", "largest error of the books")
-    lines = [f"Directions within {MARGIN:g} degrees of an edge are not counted.", "", *_head(heads)]
-    total = np.zeros(2, dtype=int)
+    heads = ("state", "W2 < 0", "of them fail", "W2 > 0", "of them do not", "agree", "error of the books")
+    lines = [
+        "How many of the directions fail, and of the others do not. Not counted are directions closer than "
+        f"{MARGIN:g} degrees to an edge of a cone, and stable ones whose opposite is unstable: a burst moves either way "
+        "along its line.",
+        "",
+        *_head(heads),
+    ]
+    total = np.zeros(4, dtype=int)
     for state, table in tables.items():
-        agreeing, counted = agreement(table, MARGIN)
-        total += agreeing, counted
+        agrees, counted = judged(table, MARGIN)
+        unstable = table.predicted.values
+        of_each = [int((counted & which & right).sum()) for which in (unstable, ~unstable) for right in (True, agrees)]
+        total += of_each
         error = f"{float(table.balance_error.max()):.0e}" if "balance_error" in table else ""
-        failed, predicted = int(table.observed.sum()), int(table.predicted.sum())
-        lines.append(_row((state, predicted, failed, counted, agreeing, error)))
-    lines += [_row(("all", "", "", total[1], total[0], "")), "", *_disagreements(tables), "", *_every_direction(tables)]
+        lines.append(_row((state, *of_each, _share(of_each), error)))
+    lines += [_row(("all", *total, _share(total), "")), "", *_disagreements(tables), "", *_every_direction(tables)]
     return "\n".join(lines) + "\n"
 
 
+def _share(counts) -> str:
+    unstable, failed, stable, held = counts
+    return f"{failed + held} of {unstable + stable}"
+
+
 def _disagreements(tables: Mapping[str, xr.Dataset]) -> list[str]:
-    lines = _head(("state", "alpha", "R", "W2n", "observed", "energy grew by", "strain, in pushes", "to an edge"))
+    lines = _head(
+        ("state", "alpha", "R", "W2n", "of the opposite", "observed", "energy grew by", "ran, in pushes", "not counted")
+    )
     count = len(lines)
     for state, table in tables.items():
-        undecided = table.verdict.values == VERDICTS.index("undecided")
-        for k in np.flatnonzero((table.predicted.values != table.observed.values) | undecided):
+        agrees, counted = judged(table, MARGIN)
+        for k in np.flatnonzero(~agrees):
             one = table.isel(alpha=int(k))
-            grew = f"{float(one.kinetic_growth):.1e}" if "kinetic_growth" in one else ""
+            grew = f"{float(one.kinetic_growth):.0e}" if "kinetic_growth" in one else ""
             way = f"{float(one.travelled):.1f}" if "travelled" in one else ""
+            reason = "" if counted[k] else "edge" if float(one.to_edge) <= MARGIN else "opposite is unstable"
             lines.append(
                 _row((
-                    state, f"{float(one.alpha):g}", f"{float(one.ratio):.2f}", f"{float(one.w2_normalised):+.3f}",
-                    VERDICTS[int(one.verdict)], grew, way, f"{float(one.to_edge):.0f}",
+                    state, f"{float(one.alpha):.4g}", f"{float(one.ratio):.2f}", f"{float(one.w2_normalised):+.2f}",
+                    f"{float(one.w2_normalised_opposite):+.2f}", VERDICTS[int(one.verdict)], grew, way, reason,
                 ))
             )  # fmt: skip
-    return ["Against the prediction, near edges or not:", "", *lines] if len(lines) > count else ["None disagrees."]
+    return ["Against the prediction, counted or not:", "", *lines] if len(lines) > count else ["None disagrees."]
 
 
 def _every_direction(tables: Mapping[str, xr.Dataset]) -> list[str]:

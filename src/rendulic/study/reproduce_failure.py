@@ -62,15 +62,14 @@ def reproduce_failure(
       probes, against the size of the probes, over the whole sphere, and beside the Chang-Hicher model's at equal eta.
     - `map`: the sectors against the stress ratio, loose and dense, grains and model.
     - `bursts`: what is predicted against what fails, with the curves of the bursts and Eq. 1.
-    - `anatomy`: which contacts and grains the second-order work of the study's own packing comes from.
+    - `anatomy`: which contacts and grains the second-order work of the first loose packing comes from.
 
     Parameters
     ----------
     study : GrainStudy
         Its section `failure` says how many packings there are, and how they are probed.
     folder : path
-        Made if absent. The study's own packing lies in it, the others in folders within it. What is finished
-        is found again.
+        Made if absent; every packing has a folder in it. What is finished is found again.
     wanted : iterable of str
         Which of `FIGURES`.
     workers : int, optional
@@ -94,12 +93,12 @@ def reproduce_failure(
 
 def _title(results: FailureResults) -> str:
     study = results.study
-    return f"{study.specimen.n_grains} grains, strain probes of norm {study.probes.diagram_norm:g}"
+    return f"{study.specimen.n_grains} grains, strain probes of norm {study.failure.norm:g}"
 
 
 def _cones(results: FailureResults, folder: Path) -> list[Path]:
     found = {state.name: cone for state, cone in results.cones.items()}
-    last = results.own[-1]
+    last = results.first[-1]
     found |= {f"{state.name}, stress probes": cone for state, cone in results.stress_cones.items()}
     sweeps = {
         density: {
@@ -127,7 +126,7 @@ def _cones(results: FailureResults, folder: Path) -> list[Path]:
 
 def _side_by_side(results: FailureResults) -> Figure:
     """Circular diagrams of grains and of the model, each pair at equal stress ratios."""
-    pressure, norm = results.study.specimen.pressure_pa, results.study.probes.diagram_norm
+    pressure, norm = results.study.specimen.pressure_pa, results.study.failure.norm
     panels: dict[str, dict[str, xr.Dataset]] = {}
     seed = results.study.specimen.seed
     for density in ("loose", "dense"):
@@ -179,7 +178,7 @@ def _bursts(results: FailureResults, folder: Path) -> list[Path]:
             within = around_and_within(cone, results.study.failure.burst_step_deg)
             sands[f"Chang-Hicher, {sand}, eta = {eta:g}"] = bursts(point, within, BURST_NORM, 1, cone=cone)
         progress(k + 1, len(MODEL_BURSTS), sand)
-    title = f"{results.study.specimen.n_grains} grains, pushed by {results.study.probes.diagram_norm:g}"
+    title = f"{results.study.specimen.n_grains} grains, pushed by {results.study.failure.norm:g}"
     files = figures.save(figures.burst_table(tables, title), folder, "bursts")
     files += figures.save(figures.burst_table(sands, "Hostun sand, loss of controllability"), folder, "bursts_model")
     worst = max(results.states, key=lambda state: float(results.bursts[state].observed.sum()))
@@ -196,14 +195,14 @@ def _bursts(results: FailureResults, folder: Path) -> list[Path]:
 
 def _anatomy(results: FailureResults, folder: Path) -> list[Path]:
     around = {rf"$\eta$ = {state.eta:g}": data for state, data in results.anatomies.items()}
-    last = results.own[-1]
+    last = results.first[-1]
     alpha, one = results.dissected(last)
     heading = f"{last.name}, {alpha:g} degrees, {_title(results)}"
     with whole_file(folder / "anatomy.md") as temporary:
         temporary.write_text(anatomy_text({state.name: data for state, data in results.anatomies.items()}), "utf-8")
     return [
         *figures.save(
-            figures.anatomy_around(around, f"{results.own_packing.name}, {_title(results)}"), folder, "anatomy_around"
+            figures.anatomy_around(around, f"{results.first_packing.name}, {_title(results)}"), folder, "anatomy_around"
         ),
         *figures.save(figures.anatomy(one, heading), folder, "anatomy"),
         folder / "anatomy.md",
