@@ -66,6 +66,7 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "cones_by_amplitude": ("rendulic.probing.amplitude", "cones_by_amplitude"),
     "instability_cone": ("rendulic.probing.cone", "instability_cone"),
     "probe": ("rendulic.probing.probe", "probe"),
+    "probes_of_snapshots": ("rendulic.probing.of_snapshots", "probes_of_snapshots"),
     "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
     "states_along": ("rendulic.probing.bifurcation", "states_along"),
 }
@@ -84,6 +85,7 @@ if TYPE_CHECKING:
     from rendulic.probing.burst import burst, bursts
     from rendulic.probing.cone import Cone, cone_of, instability_cone
     from rendulic.probing.ensemble import cone_ensemble
+    from rendulic.probing.of_snapshots import probes_of_snapshots
     from rendulic.probing.probe import probe
     from rendulic.probing.second_order_work import second_order_work
     from rendulic.snapshot import Snapshot

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,16 +11,16 @@ __all__ = ["Snapshot"]
 
 @dataclass(frozen=True)
 class Snapshot:
-    """One instant of a packing between six walls, for analysis only.
+    """One instant of a packing in a box, each axis between two walls or periodic; for analysis only.
 
     Parameters
     ----------
     position : (n, 3) array
-        Centres of the grains in m.
+        Centres of the grains in m. Grains of any shape: the theory needs forces, branches and positions only.
     radius : (n,) array
-        Radii in m (only for pictures and volumes; the theory needs none).
+        Radii in m (only for pictures; of a sphere as large as the grain if it is none).
     wall_position : (6,) array
-        Wall coordinates in m, in the order 1-, 1+, 2-, 2+, 3-, 3+.
+        Coordinates of the walls, or of the faces of the periodic cell, in m, in the order 1-, 1+, 2-, 2+, 3-, 3+.
     first, second : (n_contacts,) int arrays
         Bodies of each contact. A grain is its index; wall w is `n + w`, and always `second`.
     normal : (n_contacts, 3) array
@@ -31,6 +31,8 @@ class Snapshot:
         Tangential force on `second` in N.
     friction : float or None
         Coulomb coefficient between grains, if known: sliding contacts are told by it.
+    image : (n_contacts, 3) int array or None
+        For periodic axes: `second` is its image that many cells on. None: no axis is periodic.
     """
 
     position: np.ndarray
@@ -42,6 +44,17 @@ class Snapshot:
     force_n: np.ndarray
     force_t: np.ndarray
     friction: float | None = None
+    image: np.ndarray | None = None
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether contacts can go across the faces of the box."""
+        return self.image is not None
+
+    @property
+    def across(self) -> np.ndarray:
+        """(n_contacts, 3) cells between `second` and its image; zeros if no axis is periodic."""
+        return np.zeros((len(self.first), 3), dtype=np.int64) if self.image is None else self.image
 
     @property
     def n_grains(self) -> int:
@@ -89,8 +102,8 @@ class Snapshot:
 
     @property
     def branch(self) -> np.ndarray:
-        """(n_contacts, 3) from `first` to `second` in m; for a wall from the centre to its plane."""
-        vector = self.body_position[self.second] - self.position[self.first]
+        """(n_contacts, 3) from `first` to `second` or its image in m; for a wall from the centre to its plane."""
+        vector = self.body_position[self.second] - self.position[self.first] + self.across * self.lengths
         if (wall := self.is_wall).any():
             axis = (self.second[wall] - self.n_grains) // 2
             along = vector[wall, axis]
@@ -109,12 +122,36 @@ class Snapshot:
 
     @property
     def wall_stress(self) -> np.ndarray:
-        """(3, 3) Cauchy stress from the wall forces in Pa, compression positive."""
+        """(3, 3) principal Cauchy stress from the forces on walls and across periodic faces, in Pa, compression positive."""
         on_walls = self.resultant[self.n_grains :]
         axes = np.arange(6) // 2
         pressing = np.abs(on_walls[np.arange(6), axes])
+        across = (self.force * self.across).sum(axis=0)
         areas = self.volume / self.lengths
-        return np.diag(0.5 * (pressing[0::2] + pressing[1::2]) / areas)
+        return np.diag((0.5 * (pressing[0::2] + pressing[1::2]) + across) / areas)
+
+    def following(self, before: Snapshot) -> Snapshot:
+        """This snapshot with every grain in the copy of the cell that is nearest to where it was before.
+
+        Engines put grains that leave a periodic cell back on its other side; then positions jump by a cell. Branches,
+        forces and stress are unchanged.
+
+        Parameters
+        ----------
+        before : Snapshot
+            Of the same grains, less than half a cell earlier.
+        """
+        if self.image is None:
+            return self
+        part = (self.position - self.wall_position[0::2]) / self.lengths
+        part_before = (before.position - before.wall_position[0::2]) / before.lengths
+        cells = np.round(part_before - part).astype(np.int64)
+        shift = np.concatenate((cells, np.zeros((6, 3), dtype=np.int64)))
+        return replace(
+            self,
+            position=self.position + cells * self.lengths,
+            image=self.image - shift[self.second] + shift[self.first],
+        )
 
     @property
     def unbalanced_force(self) -> float:

@@ -36,7 +36,7 @@ ONLY_IN = {
     "matplotlib": {"figures"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "pydantic": {"validation.py", "study", "chang_hicher/parameters.py"},
+    "pydantic": {"validation.py", "study", "io/plain_text.py", "chang_hicher/parameters.py"},
     "h5py": {"state.py", "io"},
     "numba": {"dem/kernels", "chang_hicher/kernels"},
     "scipy": {"tensors/sphere_rules.py", "micro/clustering.py"},

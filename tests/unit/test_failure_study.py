@@ -129,12 +129,13 @@ def test_disagreements_are_listed():
             "observed": ("alpha", [False, True, False, False]), "verdict": ("alpha", [0, 1, 0, 3]),
             "to_edge": ("alpha", [90.0, 20.0, 20.0, 4.0]), "ratio": ("alpha", [0.0, 1.0, 0.5, 0.2]),
             "w2_normalised_opposite": ("alpha", [-0.1, 0.9, 0.9, 0.9]),
+            "w2_normalised_lasting": ("alpha", [0.9, -0.3, -0.2, 0.1]),
         },
         {"alpha": [0.0, 120.0, 140.0, 160.0]},
     )  # fmt: skip
     text = burst_text({"a state": table})
     # the first direction is stable and its opposite is not, the last is near an edge
-    assert "| a state | 2 | 1 | 0 | 0 | 1 of 2 |  |" in text
-    assert "| a state | 140 | 0.50 | -0.50 | +0.90 | settles |  |  |  |" in text
-    assert "| a state | 160 | 0.20 | +0.10 | +0.90 | undecided |  |  | edge |" in text
+    assert "| a state | 2 | 1 | 0 | 0 | 0 | 0 | 1 of 2 |  |" in text
+    assert "| a state | 140 | 0.50 | -0.50 | -0.20 | +0.90 | settles |  |  |  |" in text
+    assert "| a state | 160 | 0.20 | +0.10 | +0.10 | +0.90 | undecided |  |  | edge |" in text
     assert "| 120 | 1.00 | -0.40 **fails** |" in text

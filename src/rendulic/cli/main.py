@@ -7,6 +7,7 @@ import sys
 import typer
 
 from rendulic import __version__
+from rendulic.cli.analyze import analyze
 from rendulic.cli.element import element
 from rendulic.cli.info import info
 from rendulic.cli.probe import probe
@@ -21,6 +22,7 @@ app = typer.Typer(
 )
 app.command()(reproduce)
 app.command()(element)
+app.command()(analyze)
 app.command()(info)
 app.command()(probe)
 

@@ -74,6 +74,7 @@ def law_of(state: State, given: ContactLaw | None, exactly: bool = False) -> Con
 
     With `exactly`, a law given for a state of rendulic's own law must equal the saved one, too.
     """
+    state.expect_kind(KIND)
     name, fields = state.attributes.get("law"), state.attributes.get("law_fields", {})
     if name in LAWS and not exactly:
         return LAWS[name](**fields)

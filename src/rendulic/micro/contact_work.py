@@ -65,9 +65,15 @@ def contact_work(before: Snapshot, after: Snapshot) -> ContactWork:
     if not np.allclose(before.radius, after.radius, rtol=1e-6):
         different = int((~np.isclose(before.radius, after.radius, rtol=1e-6)).sum())
         raise InvalidInput(f"before and after must hold the same grains in the same order: {different} radii differ")
-    n_bodies = before.n_grains + 6
-    key_before, force_before = _keyed(before, n_bodies)
-    key_after, force_after = _keyed(after, n_bodies)
+    if before.is_periodic != after.is_periodic:
+        raise InvalidInput(
+            "before and after must be in the same kind of box: one of them is periodic, the other is not"
+        )
+    after = after.following(before)
+    furthest = int(max(np.abs(snapshot.across).max(initial=0) for snapshot in (before, after)))
+    shape = (*(before.n_grains + 6,) * 2, *(2 * furthest + 1,) * 3)
+    key_before, force_before = _keyed(before, shape)
+    key_after, force_after = _keyed(after, shape)
     key = np.union1d(key_before, key_after)
     at_before, at_after = np.searchsorted(key, key_before), np.searchsorted(key, key_after)
     d_force = np.zeros((len(key), 3))
@@ -77,9 +83,11 @@ def contact_work(before: Snapshot, after: Snapshot) -> ContactWork:
     in_before[at_before], in_after[at_after] = np.arange(len(at_before)), np.arange(len(at_after))
     slides = np.zeros(len(key), dtype=bool)
     slides[at_after] = after.is_sliding
-    first, second = key // n_bodies, key % n_bodies
+    first, second, *cells = np.unravel_index(key, shape)
     moved = after.body_position - before.body_position
-    work = (d_force * (moved[first] - moved[second])).sum(axis=1)
+    # the image of `second` moves with the cell, too
+    apart = moved[first] - moved[second] - (np.stack(cells, axis=1) - furthest) * (after.lengths - before.lengths)
+    work = (d_force * apart).sum(axis=1)
     of_class = np.where(slides, CLASSES.index("sliding"), CLASSES.index("elastic"))
     of_class[in_after < 0] = CLASSES.index("opened")
     of_class[in_before < 0] = CLASSES.index("created")
@@ -87,12 +95,16 @@ def contact_work(before: Snapshot, after: Snapshot) -> ContactWork:
     return ContactWork(first, second, work, of_class, in_before, in_after)
 
 
-def _keyed(snapshot: Snapshot, n_bodies: int) -> tuple[np.ndarray, np.ndarray]:
-    """One number per pair, lower body first, and the force on the higher body."""
-    swap = snapshot.first > snapshot.second
-    low = np.where(swap, snapshot.second, snapshot.first).astype(np.int64)
-    high = np.where(swap, snapshot.first, snapshot.second).astype(np.int64)
-    key = low * n_bodies + high
+def _keyed(snapshot: Snapshot, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """One number per pair (bodies, lower one first, and cells between them), and the force on the higher body."""
+    across = snapshot.across
+    # a grain that touches its own image does so on both sides: the sign of the cells tells which one is listed
+    backward = np.sign(across) @ np.array([9, 3, 1]) < 0
+    swap = (snapshot.first > snapshot.second) | ((snapshot.first == snapshot.second) & backward)
+    low, high = np.where(swap, snapshot.second, snapshot.first), np.where(swap, snapshot.first, snapshot.second)
+    sign = np.where(swap, -1, 1)[:, None]
+    cells = sign * across + (shape[-1] - 1) // 2
+    key = np.ravel_multi_index((low, high, *cells.T), shape)
     if len(np.unique(key)) != len(key):
         raise InvalidInput("a snapshot lists the same pair of bodies twice; each contact must appear once")
-    return key, np.where(swap, -1.0, 1.0)[:, None] * snapshot.force
+    return key, sign * snapshot.force

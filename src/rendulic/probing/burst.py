@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 __all__ = ["VERDICTS", "agreement", "burst", "bursts", "judged"]
 
 VERDICTS = ("settles", "fails", "arrested", "undecided")
+# sizes, in pushes, over which W2 must be negative for a failure that finds no equilibrium on its way
+LASTS = (1.0, 2.0, 5.0, 10.0)
 NUMBERS = {
     "kinetic_growth": ("largest kinetic energy over that of the disturbance", "1"),
     "travelled": ("largest strain along the direction, with its sign, over the norm", "1"),
@@ -119,8 +121,10 @@ def bursts(
 ) -> xr.Dataset:
     """Predicted against observed failure, direction by direction; the specimen is left as it was.
 
-    Prediction: the sign of the second-order work of a strain probe (`rd.probe`) of the same norm and number of
-    steps. Observation: the verdict of a burst in that direction.
+    Prediction: failure where the second-order work of strain probes (`rd.probe`) is negative at the size of the push
+    and stays so up to ten times that size, as far as a specimen must run to have failed. Where it is negative only
+    at first, as grains in one avalanche show it, an equilibrium waits on the way. Observation: the verdict of a
+    burst in that direction.
 
     Parameters
     ----------
@@ -136,7 +140,7 @@ def bursts(
     Returns
     -------
     xarray.Dataset
-        Dimension `alpha`: `w2_normalised`, also of the opposite direction, `w2_drift`; `predicted` (W2 < 0) and `observed` failure; `verdict`, index into
+        Dimension `alpha`: `w2_normalised`, also of the opposite direction, and `..._lasting`, its largest value on the way, `w2_drift`; `predicted` and `observed` failure; `verdict`, index into
         `VERDICTS`; `to_edge`, degrees to the nearest edge of a cone (if none is given, interpolated between the probes);
         `ratio` R, and of grains the kinetic growth, the way travelled and the errors of the balances.
         See `agreement`.
@@ -157,6 +161,7 @@ def bursts(
     probed = probe(specimen, axisymmetric(both), norm, n_steps, workers=workers, progress=on_probe)
     opposite = probed.w2_normalised.sel(alpha=(around + 180.0) % 360.0).values
     probed = probed.sel(alpha=around)
+    lasting = _lasting(specimen, probed, norm, n_steps, workers)
 
     def follow(alpha: float) -> xr.Dataset:
         nonlocal followed
@@ -181,7 +186,12 @@ def bursts(
     verdict = np.array([VERDICTS.index(curve.attrs["verdict"]) for curve in curves])
     columns: dict[str, tuple[np.ndarray, str, str]] = {
         "w2_normalised_opposite": (opposite, "normalised second-order work of the opposite direction", "1"),
-        "predicted": (w2n < 0.0, "second-order work negative", "1"),
+        "w2_normalised_lasting": (
+            lasting,
+            f"largest from the size of the push to {LASTS[-1]:g} times it, if negative there",
+            "1",
+        ),
+        "predicted": (lasting < 0.0, "second-order work negative over that range", "1"),
         "observed": (verdict == VERDICTS.index("fails"), "failure observed", "1"),
         "verdict": (verdict, f"index into {', '.join(VERDICTS)}", "1"),
         "to_edge": (to_edge, "angle to the nearest edge of a cone", "degree"),
@@ -194,6 +204,18 @@ def bursts(
     for name, (values, label, unit) in columns.items():
         table[name] = ("alpha", values, {"long_name": label, "units": unit})
     return table.assign_attrs(norm=norm, n_steps=n_steps)
+
+
+def _lasting(specimen: Specimen, probed: xr.Dataset, norm: float, n_steps: int, workers: int) -> np.ndarray:
+    """The largest W2n of each direction over the sizes `LASTS`; where it is positive at the first, that value."""
+    largest = probed.w2_normalised.values.copy()
+    negative = np.flatnonzero(largest < 0.0)
+    if len(negative):
+        further = axisymmetric(probed.alpha.values[negative])
+        sizes = [norm * share for share in LASTS]
+        followed = probe(specimen, further, sizes, n_steps, workers=workers).w2_normalised
+        largest[negative] = np.fmax(followed.max("norm").values, largest[negative])
+    return largest
 
 
 def distance_to_edge(alpha: np.ndarray, w2n: np.ndarray) -> np.ndarray:
@@ -242,6 +264,7 @@ def agreement(table: xr.Dataset, margin: float = 5.0) -> tuple[int, int]:
 def judged(table: xr.Dataset, margin: float = 5.0) -> tuple[np.ndarray, np.ndarray]:
     """Whether each direction agrees, and whether it is counted; see `agreement`."""
     predicted, verdict = table.predicted.values, table.verdict.values
-    counted = (table.to_edge.values > margin) & (predicted | (table.w2_normalised_opposite.values >= 0.0))
+    in_cone = table.w2_normalised.values < 0.0
+    counted = (table.to_edge.values > margin) & (in_cone | (table.w2_normalised_opposite.values >= 0.0))
     agrees = (predicted == table.observed.values) & (verdict != VERDICTS.index("undecided"))
     return agrees, counted

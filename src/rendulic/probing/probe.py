@@ -22,7 +22,7 @@ from rendulic.specimen import HasGrains, ProbesTogether, Specimen
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["probe"]
+__all__ = ["dataset_of_readings", "probe"]
 
 MACRO = {
     "w2_macro": ("second-order work d_sigma : d_eps (Cauchy)", "J/m3"),
@@ -139,13 +139,14 @@ def probe(
     else:
         with ThreadPoolExecutor(max_workers=workers) as pool:
             results = list(pool.map(follow, increments))
-    return _dataset(results[0], results[1:], directions, norms, np.ndim(norm) == 0, kind, total_steps)
+    return dataset_of_readings(results[0], results[1:], directions, norms, np.ndim(norm) == 0, kind, total_steps)
 
 
-def _dataset(
+def dataset_of_readings(
     null: list[dict], probes: list[list[dict]], directions: Directions | SphereDirections, norms: np.ndarray, single: bool, kind: str,
     n_steps: int,
 ) -> xr.Dataset:  # fmt: skip
+    """Readings (`d_sigma`, `d_eps`, for grains `work` and `unbalanced_force`) of every probe and norm as `probe` returns them."""
     import xarray as xr
 
     def stacked(pick) -> np.ndarray:

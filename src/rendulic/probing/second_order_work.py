@@ -85,6 +85,7 @@ def second_order_work(before: Snapshot, after: Snapshot) -> SecondOrderWork:
         If the two snapshots are not of the same grains.
     """
     pairs = contact_work(before, after)
+    after = after.following(before)
     n, volume = before.n_grains, before.volume
     moved = after.body_position - before.body_position
     terms = (after.resultant - before.resultant) * moved
@@ -92,8 +93,11 @@ def second_order_work(before: Snapshot, after: Snapshot) -> SecondOrderWork:
         terms[:n].sum(axis=1),
         -terms[n:].sum(axis=1),
     )  # the outside pushes back on the walls
-    contacts, grains, boundary = float(pairs.work.sum()), float(per_grain.sum()), float(per_wall.sum())
-    scale = max(np.abs(pairs.work).sum(), np.abs(per_grain).sum(), np.abs(per_wall).sum())
+    # what goes through periodic faces: d(sum of f times cells across) . d(lengths), also of opened contacts
+    across = [(snapshot.force * snapshot.across).sum(axis=0) for snapshot in (before, after)]
+    per_cell = -(across[1] - across[0]) * (after.lengths - before.lengths)
+    contacts, grains, boundary = float(pairs.work.sum()), float(per_grain.sum()), float(per_wall.sum() + per_cell.sum())
+    scale = max(np.abs(pairs.work).sum(), np.abs(per_grain).sum(), np.abs(per_wall).sum() + np.abs(per_cell).sum())
     kept = pairs.persists
     sigma_0, sigma_1 = np.diag(before.wall_stress), np.diag(after.wall_stress)
     d_eps = np.log(before.lengths / after.lengths)

@@ -105,9 +105,9 @@ class Failure(Section):
 
     n_seeds: int = Field(2, ge=1, description="packings of each density; seeds from the specimen's on")
     loose_eta: StressRatios = Field(
-        (0.3, 0.4, 0.5, 0.6, 0.7), description="stress ratios of the packings of the recipe"
+        (0.3, 0.4, 0.48, 0.55, 0.6, 0.65, 0.7), description="stress ratios of the packings of the recipe"
     )
-    dense_eta: StressRatios = Field((0.6, 0.8, 0.9, 1.0), description="stress ratios of the dense packings")
+    dense_eta: StressRatios = Field((0.6, 0.8, 1.0), description="stress ratios of the dense packings")
     dense_growth_friction: float = Field(0.0, ge=0, description="friction during growth of the dense packings")
     axial_strain: Positive = Field(0.15, description="where loading is given up")
     norm: Positive = Field(1e-4, description="strain of probes, and of the push that starts a burst")

@@ -36,19 +36,27 @@ def burst_text(tables: Mapping[str, xr.Dataset]) -> str:
     tables : mapping of state to xarray.Dataset
         From `rd.bursts`; the directions may differ.
     """
-    heads = ("state", "W2 < 0", "of them fail", "W2 > 0", "of them do not", "agree", "error of the books")
+    heads = (
+        "state", "W2 < 0, lasting", "of them fail", "W2 < 0 at first", "of them do not", "W2 > 0", "of them do not",
+        "agree", "error of the books",
+    )  # fmt: skip
     lines = [
-        "How many of the directions fail, and of the others do not. Not counted are directions closer than "
+        "How many directions fail, and do not, for W2 negative from the size of the push to ten times it, for W2 negative "
+        "at the size of the push only, and for W2 positive. Not counted are directions closer than "
         f"{MARGIN:g} degrees to an edge of a cone, and stable ones whose opposite is unstable: a burst moves either way "
         "along its line.",
         "",
         *_head(heads),
     ]
-    total = np.zeros(4, dtype=int)
+    total = np.zeros(6, dtype=int)
     for state, table in tables.items():
         agrees, counted = judged(table, MARGIN)
-        unstable = table.predicted.values
-        of_each = [int((counted & which & right).sum()) for which in (unstable, ~unstable) for right in (True, agrees)]
+        lasting, negative = table.predicted.values, table.w2_normalised.values < 0.0
+        of_each = [
+            int((counted & which & right).sum())
+            for which in (lasting, negative & ~lasting, ~negative)
+            for right in (np.ones(len(agrees), dtype=bool), agrees)
+        ]
         total += of_each
         error = f"{float(table.balance_error.max()):.0e}" if "balance_error" in table else ""
         lines.append(_row((state, *of_each, _share(of_each), error)))
@@ -57,13 +65,23 @@ def burst_text(tables: Mapping[str, xr.Dataset]) -> str:
 
 
 def _share(counts) -> str:
-    unstable, failed, stable, held = counts
-    return f"{failed + held} of {unstable + stable}"
+    return f"{sum(counts[1::2])} of {sum(counts[::2])}"
 
 
 def _disagreements(tables: Mapping[str, xr.Dataset]) -> list[str]:
     lines = _head(
-        ("state", "alpha", "R", "W2n", "of the opposite", "observed", "energy grew by", "ran, in pushes", "not counted")
+        (
+            "state",
+            "alpha",
+            "R",
+            "W2n",
+            "lasting",
+            "of the opposite",
+            "observed",
+            "energy grew by",
+            "ran, in pushes",
+            "not counted",
+        )
     )
     count = len(lines)
     for state, table in tables.items():
@@ -76,7 +94,7 @@ def _disagreements(tables: Mapping[str, xr.Dataset]) -> list[str]:
             lines.append(
                 _row((
                     state, f"{float(one.alpha):.4g}", f"{float(one.ratio):.2f}", f"{float(one.w2_normalised):+.2f}",
-                    f"{float(one.w2_normalised_opposite):+.2f}", VERDICTS[int(one.verdict)], grew, way, reason,
+                    f"{float(one.w2_normalised_lasting):+.2f}", f"{float(one.w2_normalised_opposite):+.2f}", VERDICTS[int(one.verdict)], grew, way, reason,
                 ))
             )  # fmt: skip
     return ["Against the prediction, counted or not:", "", *lines] if len(lines) > count else ["None disagrees."]

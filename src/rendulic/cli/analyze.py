@@ -1,0 +1,166 @@
+"""`rendulic analyze`: second-order work between snapshots of any engine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from rendulic.snapshot import Snapshot
+
+__all__ = ["analyze"]
+
+MANIFEST = "probes.csv"
+
+
+def analyze(
+    before: Annotated[Path, typer.Argument(help="The state before: .h5, Yade's .npz, or a folder of plain text.")],
+    after: Annotated[Path, typer.Argument(help=f"The state after, or a folder with many and {MANIFEST}.")],
+    report: Annotated[
+        Path | None, typer.Option("--report", "-o", help="Folder for JSON, tables and figures; none if not given.")
+    ] = None,
+) -> None:
+    """Second-order work between two states of grains, at the walls and at the contacts, or the cone of many probes.
+
+    A folder of probes has a probes.csv: its column 'file' names the states after, and, if there is a column 'role', one of
+    them may be 'null', the state after a probe of no increment.
+
+    Example: rendulic analyze before.h5 after.h5 --report report
+    """
+    from rendulic.io.read import read
+    from rendulic.whole_file import writable_folder
+
+    first = read(before)
+    if after.is_dir() and (after / MANIFEST).is_file():
+        _many(first, after, report and writable_folder(report))
+    else:
+        _two(first, read(after), f"{before} to {after}", report and writable_folder(report))
+
+
+def _two(before: Snapshot, after: Snapshot, title: str, report: Path | None) -> None:
+    from rendulic import figures
+    from rendulic.io.tables import write_dataset
+    from rendulic.micro.clustering import verdict_of
+    from rendulic.probing.anatomy import anatomy_of
+    from rendulic.probing.second_order_work import second_order_work
+
+    work = second_order_work(before, after)
+    found = anatomy_of(work, before, after)
+    carriers = found.sel(which="carriers")
+    rows: dict[str, tuple[Any, str, str]] = {
+        "d_eps": (work.d_eps, "", "principal strain increment, contraction positive"),
+        "d_sigma": (work.d_sigma, "Pa", "principal stress increment, compression positive"),
+        "w2_normalised": (work.normalised, "", "W2 over the norms of both increments"),
+        "w2_boundary": (work.boundary, "J/m3", "of the boundary, exact"),
+        "w2_eulerian": (work.eulerian, "J/m3", "d_sigma : d_eps"),
+        "w2_lagrangian": (work.lagrangian, "J/m3", "dPi : dF"),
+        **{f"w2_{name}": (value, "J/m3", f"contacts: {name}") for name, value in work.by_class.items()},
+        "w2_inertial": (work.grains, "J/m3", "grains out of equilibrium"),
+        "w2_paper": (work.paper, "J/m3", "contacts in both states only, and the inertial term"),
+        "identity_residual": (work.identity_residual, "", "boundary less contacts less grains, relative"),
+        "negative_contacts": (float(found.negative_contacts), "", "share of contacts with negative work"),
+        "carriers": (float(found.carriers), "", "share of contacts that carries half of it"),
+        "cluster_index": (
+            float(carriers.cluster_index),
+            "",
+            f"Moran's I of these: {verdict_of(float(carriers.cluster_score))}",
+        ),
+        "unbalanced_before": (before.unbalanced_force, "", "unbalanced force before"),
+        "unbalanced_after": (after.unbalanced_force, "", "unbalanced force after"),
+    }
+    _show(rows, title)
+    if report is not None:
+        _write_json({name: value for name, (value, *_) in rows.items()}, report / "second_order_work.json")
+        write_dataset(found, report / "anatomy.nc")
+        figures.save(figures.anatomy(found, title), report, "anatomy")
+        typer.echo(f"written to {report}")
+
+
+def _many(before: Snapshot, folder: Path, report: Path | None) -> None:
+    from rendulic import figures
+    from rendulic.io.read import read
+    from rendulic.io.tables import write_csv, write_dataset
+    from rendulic.probing.cone import cone_of
+    from rendulic.probing.of_snapshots import probes_of_snapshots
+
+    files, null = _manifest(folder)
+    after_null = None if null is None else read(folder / null)
+    probes = probes_of_snapshots(before, (read(folder / name) for name in files), after_null, anatomy=True)
+    rows: dict[str, tuple[Any, str, str]] = {
+        "probes": (probes.sizes["alpha"], "", "directions of strain"),
+        "norm": (float(probes.norm), "", "of the strain increments"),
+        "smallest_w2n": (float(probes.w2_normalised.min()), "", "smallest normalised second-order work"),
+        "smallest_alpha": (float(probes.alpha[int(probes.w2_normalised.argmin("alpha"))]), "degrees", "its direction"),
+        "identity_residual": (float(probes.identity_residual.max()), "", "largest, relative"),
+    }
+    try:
+        cone = cone_of(probes)
+        rows["cone"] = (str(cone), "", "unstable directions")
+    except ValueError as error:
+        rows["cone"] = (None, "", str(error))
+    _show(rows, str(folder))
+    if null is None:
+        typer.echo("No null probe was given: no sign can be told from drift.")
+    if report is not None:
+        _write_json({name: value for name, (value, *_) in rows.items()}, report / "second_order_work.json")
+        write_dataset(probes, report / "probes.nc")
+        write_csv(
+            probes[["w2_normalised", "w2_boundary", "w2_contacts", "w2_grains", "negative_contacts"]],
+            report / "probes.csv",
+        )
+        figures.save(figures.circular_diagram({folder.name: probes}, str(folder)), report, "circular")
+        typer.echo(f"written to {report}")
+
+
+def _manifest(folder: Path) -> tuple[list[str], str | None]:
+    """Files after probes, and that after the null probe, if there is one; none lies outside of the folder."""
+    import pandas as pd
+
+    from rendulic.errors import CorruptFile
+
+    path = folder / MANIFEST
+    try:
+        table = pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False)
+    except (ValueError, UnicodeDecodeError) as error:
+        raise CorruptFile(f"{path} is not a table in CSV: {error}") from None
+    if "file" not in table.columns:
+        raise CorruptFile(f"{path} lacks the column file; it has {', '.join(map(str, table.columns))}")
+    roles = table["role"] if "role" in table.columns else pd.Series("probe", index=table.index)
+    for name, role in zip(table["file"], roles, strict=True):
+        if role not in ("probe", "null"):
+            raise CorruptFile(f"{path}: column role must be 'probe' or 'null', found {role!r}")
+        if not (folder / name).resolve().is_relative_to(folder.resolve()):
+            raise CorruptFile(f"{path}: {name!r} lies outside of the folder")
+    null = table["file"][roles == "null"].tolist()
+    if len(null) > 1:
+        raise CorruptFile(f"{path}: one file may have the role 'null', found {len(null)}")
+    return table["file"][roles == "probe"].tolist(), (null or [None])[0]
+
+
+def _show(rows: dict[str, tuple[Any, str, str]], title: str) -> None:
+    import numpy as np
+
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
+    for heading in ("", "value", "unit", "meaning"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    for name, (value, unit, meaning) in rows.items():
+        numbers = [f"{one:.4g}" for one in np.atleast_1d(value)] if not isinstance(value, str | None) else [value or ""]
+        table.add_row(name, ", ".join(numbers), unit, meaning)
+    Console().print(table)
+
+
+def _write_json(values: dict[str, Any], path: Path) -> None:
+    import json
+
+    import numpy as np
+
+    from rendulic.whole_file import whole_file
+
+    plain = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+    with whole_file(path) as temporary:
+        temporary.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,63 @@
+"""A snapshot from whatever file it is in."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.snapshot import Snapshot
+
+__all__ = ["read"]
+
+KINDS = (
+    "a snapshot or state of rendulic (.h5), a Yade state (.npz), or a folder with box.toml, grains.csv and contacts.csv"
+)
+
+
+def read(path: str | os.PathLike) -> Snapshot:
+    """Read a snapshot for analysis; the kind of file is told by its content.
+
+    Parameters
+    ----------
+    path : path
+        A neutral snapshot or a state of an assembly (HDF5), a state of Yade (`.npz`), or a folder of plain text.
+
+    Raises
+    ------
+    InvalidInput
+        If there is nothing at the path, or nothing that is known.
+    CorruptFile
+        If a file is truncated, altered or inconsistent.
+    """
+    from rendulic.io import plain_text, snapshot, yade
+
+    path = Path(path)
+    if path.is_dir():
+        return plain_text.read_plain_text(path)
+    if not path.is_file():
+        raise InvalidInput(f"no snapshot at {path}: expected {KINDS}")
+    with path.open("rb") as file:
+        begin = file.read(8)
+    if begin.startswith(b"\x89HDF\r\n\x1a\n"):
+        return _of_state(path) if _format(path) == "rendulic state" else snapshot.read_snapshot(path)
+    if begin.startswith(b"PK"):
+        return yade.read_snapshot(path)
+    raise CorruptFile(f"{path} is of no known kind: expected {KINDS}")
+
+
+def _format(path: Path) -> object:
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return file.attrs.get("format")
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
+        raise CorruptFile(f"{path} is not a readable HDF5 file (truncated?): {error}") from None
+
+
+def _of_state(path: Path) -> Snapshot:
+    from rendulic.dem.assembly import Assembly
+    from rendulic.state import State
+
+    return Assembly.from_state(State.from_file(path)).snapshot()
