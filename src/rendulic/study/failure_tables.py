@@ -20,12 +20,12 @@ MARGIN = 5.0  # degrees from an edge within which a direction is not counted
 
 def burst_rows(tables: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """All tables of `rd.bursts` as one, dimensions `state` and `alpha`, verdicts in words."""
-    import pandas as pd
     import xarray as xr
 
     words = np.array(VERDICTS)
     named = [table.assign(verdict=("alpha", words[table.verdict.values])) for table in tables.values()]
-    return xr.concat(named, pd.Index(list(tables), name="state"), join="outer", combine_attrs="drop")
+    states = xr.DataArray(np.array(list(tables), dtype=object), dims="state", name="state")
+    return xr.concat(named, states, join="outer", combine_attrs="drop")
 
 
 def burst_text(tables: Mapping[str, xr.Dataset]) -> str:
