@@ -34,12 +34,12 @@ True
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from rendulic.lazy import lazy_names
 
 __version__ = "0.1.0"
 
-# public name -> module, or (module, attribute); loaded on first use, so that importing is quick
 _PUBLIC: dict[str, str | tuple[str, str]] = {
     "chang_hicher": "rendulic.chang_hicher",
     "dem": "rendulic.dem",
@@ -92,15 +92,4 @@ if TYPE_CHECKING:
     from rendulic.specimen import Specimen
     from rendulic.state import State
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'rendulic' has no attribute '{name}'; public names: {', '.join(_PUBLIC)}")
-    where = _PUBLIC[name]
-    value = import_module(where) if isinstance(where, str) else getattr(import_module(where[0]), where[1])
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(__name__, _PUBLIC)

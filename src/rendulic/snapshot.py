@@ -153,6 +153,35 @@ class Snapshot:
             image=self.image - shift[self.second] + shift[self.first],
         )
 
+    def with_pairs_merged(self) -> Snapshot:
+        """This snapshot with one contact per pair of bodies, and per image in periodic boxes.
+
+        Clumps and other grains that are not convex touch at several points. Second-order work needs their summed force
+        only, because it is conjugate to the displacements of the centres; the normal becomes that of the summed
+        normal forces, weighted by their size. Order: by first, then second.
+        """
+        key = np.column_stack((self.first, self.second, self.across))
+        pairs, of_pair = np.unique(key, axis=0, return_inverse=True)
+        of_pair = of_pair.reshape(-1)  # a column in NumPy 2.0
+        if len(pairs) == len(key):
+            return self
+        force, pressing = np.zeros((len(pairs), 3)), np.zeros((len(pairs), 3))
+        np.add.at(force, of_pair, self.force)
+        size = np.abs(self.force_n)
+        weight = size + (1e-15 * size.max() or 1.0)  # where there is no normal force, the mean of the normals
+        np.add.at(pressing, of_pair, weight[:, None] * self.normal)
+        normal = pressing / np.linalg.norm(pressing, axis=1)[:, None]
+        force_n = (force * normal).sum(axis=1)
+        return replace(
+            self,
+            first=pairs[:, 0],
+            second=pairs[:, 1],
+            normal=normal,
+            force_n=force_n,
+            force_t=force - force_n[:, None] * normal,
+            image=None if self.image is None else pairs[:, 2:],
+        )
+
     @property
     def unbalanced_force(self) -> float:
         """Mean |resultant on a grain| over mean |contact force|; infinite without contacts."""

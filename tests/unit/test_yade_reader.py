@@ -106,7 +106,7 @@ def unknown_body():
         ({"rad": np.ones(3)}, "field rad has 3 rows, ids has 2"),
         ({"pos": np.ones((2, 2))}, r"field pos must have shape \(n, 3\), got \(2, 2\)"),
         ({"wallids": np.arange(5)}, r"field wallids must have shape \(6\), got \(5,\)"),
-        ({"ids": np.array([10, 10])}, "field ids names a sphere twice"),
+        ({"ids": np.array([10, 10])}, "field ids names a grain twice"),
         ({"mass": np.array([1.0, 2.0])}, "the masses are not those of spheres of one density"),
         ({"ids": np.array([{}, {}])}, "not a readable .npz archive"),
     ],

@@ -32,7 +32,7 @@ def analyze(
 
     Example: rendulic analyze before.h5 after.h5 --report report
     """
-    from rendulic.io.read import read
+    from rendulic.io.reading import read
     from rendulic.whole_file import writable_folder
 
     first = read(before)
@@ -83,7 +83,7 @@ def _two(before: Snapshot, after: Snapshot, title: str, report: Path | None) -> 
 
 def _many(before: Snapshot, folder: Path, report: Path | None) -> None:
     from rendulic import figures
-    from rendulic.io.read import read
+    from rendulic.io.reading import read
     from rendulic.io.tables import write_csv, write_dataset
     from rendulic.probing.cone import cone_of
     from rendulic.probing.of_snapshots import probes_of_snapshots

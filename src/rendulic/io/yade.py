@@ -1,9 +1,11 @@
-"""States and probes computed by Yade, as its users save them with NumPy.
+"""States and probes computed by Yade, written by `yade_exporter.py` inside Yade or with NumPy by hand.
 
-Fields (theory and units as in Yade): `pos, rad, mass, vel, angvel` per sphere; `ids` their body
-ids; `wallids` and `wallpos` of the walls in the order x-, x+, y-, y+, z-, z+; `contacts`, one row
-each: id1, id2, k_n, k_t, normal force (3), shear force (3), normal from 1 to 2 (3). Both forces act
-on body 2 in Yade's own sign, so the normal force of a compressed contact points from 1 to 2.
+Fields (units, axes and signs as in Yade): `ids, pos, rad, mass, vel, angvel` per grain; `wallids` and `wallpos` of the
+walls in the order x-, x+, y-, y+, z-, z+, or `cell`, the edges of a periodic cell that begins at the origin; `contacts`,
+one row each: id1, id2, k_n, k_t, normal force (3), shear force (3), normal from 1 to 2 (3). Both forces act on body 2 in
+Yade's own sign, so the normal force of a compressed contact points from 1 to 2. If they are there: `celldist`, cells
+between the two bodies of each contact; `friction` of each contact; `axial`, the axis of the test ("y" without it);
+`is_sphere`; `dt`.
 """
 
 from __future__ import annotations
@@ -19,111 +21,91 @@ from rendulic.checks import finite_array
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
 from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.io.snapshot import checked
 from rendulic.snapshot import Snapshot
+from rendulic.whole_file import whole_file
 
-__all__ = ["read", "read_snapshot"]
+__all__ = ["exporter", "read", "read_snapshot"]
 
-AXES = (1, 0, 2)  # rendulic's axes 1, 2, 3 are Yade's y, x, z in a triaxial test about y
-WALLS = (2, 3, 0, 1, 4, 5)
+# rendulic's axes 1 (axial), 2, 3 in Yade's x, y, z
+AXES = {"x": (0, 1, 2), "y": (1, 0, 2), "z": (2, 0, 1)}
 SHAPES: dict[str, tuple[int | None, ...]] = {
     "pos": (None, 3), "rad": (None,), "mass": (None,), "vel": (None, 3), "angvel": (None, 3),
     "ids": (None,), "wallids": (6,), "wallpos": (6, 3), "contacts": (None, None),
+    "cell": (3,), "celldist": (None, 3), "dt": (),
 }  # fmt: skip
+PER_GRAIN = ("ids", "pos", "rad", "mass", "vel", "angvel", "is_sphere")
+FOR_ANALYSIS = ("ids", "pos", "rad", "contacts")
+FOR_STEPPING = (*FOR_ANALYSIS, "mass", "vel", "angvel", "wallids", "wallpos")
+OPTIONAL = ("wallids", "wallpos", "cell", "celldist", "friction", "axial", "is_sphere", "dt")
 
 
-def _fields(path: str | os.PathLike, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
-    path = Path(path)
-    if not path.is_file():
-        raise InvalidInput(f"no Yade state at {path}: check the path")
-    found: dict[str, np.ndarray] = {}
-    try:
-        archive = np.load(path, allow_pickle=False)
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise CorruptFile(f"{path} is a bare array, not an .npz archive of a Yade state")
-        with archive:
-            missing = [name for name in wanted if name not in archive.files]
-            if missing:
-                raise CorruptFile(f"{path} lacks the field(s) {', '.join(missing)}; it has {', '.join(archive.files)}")
-            for name in (*wanted, *(n for n in ("dt",) if n in archive.files)):
-                found[name] = archive[name]
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, KeyError) as error:
-        raise CorruptFile(f"{path} is not a readable .npz archive: {error}") from None
-    for name in wanted:
-        try:
-            found[name] = finite_array(name, found[name], SHAPES[name])
-        except InvalidInput as error:
-            raise CorruptFile(f"{path}, field {error}") from None
-    count = len(found["ids"])
-    for name in ("pos", "rad", "mass", "vel", "angvel"):
-        if name in found and len(found[name]) != count:
-            raise CorruptFile(f"{path}: field {name} has {len(found[name])} rows, ids has {count}")
-    by_id = np.argsort(found["ids"], kind="stable")
-    for name in ("ids", "pos", "rad", "mass", "vel", "angvel"):
-        if name in found:
-            found[name] = found[name][by_id]
-    if found["contacts"].shape[1] < 13:
-        raise CorruptFile(f"{path}: field contacts has {found['contacts'].shape[1]} columns, at least 13 are needed")
-    return found
+def exporter(path: str | os.PathLike) -> Path:
+    """Write `yade_exporter.py`, the script that saves states inside Yade, to a path; return it."""
+    from rendulic.io import yade_exporter
 
-
-def _bodies(path, fields: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Bodies of each contact: grains by index, walls as `n + wall` in rendulic's order."""
-    ids, wall_ids = fields["ids"].astype(np.int64), fields["wallids"].astype(np.int64)
-    number = {int(body): index for index, body in enumerate(ids)}
-    if len(number) != len(ids):
-        raise CorruptFile(f"{path}: field ids names a sphere twice")
-    number |= {int(wall_ids[yade]): len(ids) + ours for ours, yade in enumerate(WALLS)}
-    try:
-        bodies = [[number[int(body)] for body in row[:2]] for row in fields["contacts"]]
-    except KeyError as error:
-        raise CorruptFile(f"{path}: a contact names body {error}, which is neither in ids nor in wallids") from None
-    pairs = np.array(bodies, dtype=np.int64).reshape(-1, 2)
-    return pairs[:, 0], pairs[:, 1]
+    with whole_file(path) as temporary:
+        temporary.write_bytes(Path(yade_exporter.__file__).read_bytes())
+    return Path(path)
 
 
 def read_snapshot(path: str | os.PathLike, friction: float | None = 0.7) -> Snapshot:
     """Read a state for analysis only: forces are Yade's own, nothing is recomputed.
+
+    Grains that touch at several points (clumps) get one contact with the summed force.
+
+    Parameters
+    ----------
+    friction : float, optional
+        Coulomb coefficient between grains where the file has none; contacts slide at it.
 
     Raises
     ------
     InvalidInput, CorruptFile
         Naming file, field and what was expected.
     """
-    fields = _fields(path, ("ids", "pos", "rad", "wallids", "wallpos", "contacts"))
-    first, second = _bodies(path, fields)
-    rows = fields["contacts"]
+    fields = _fields(path, FOR_ANALYSIS)
+    axes = _axes(path, fields)
+    vector, rows = np.array(axes), fields["contacts"]
+    first, second = _bodies(path, fields, axes)
+    image = None
+    if "cell" in fields:
+        if "celldist" not in fields or len(fields["celldist"]) != len(rows):
+            raise CorruptFile(f"{path}: a periodic state needs the field celldist with one row per contact")
+        image = fields["celldist"].astype(np.int64)[:, vector]
     swap = first > second  # walls come second, as everywhere in rendulic
-    sign = np.where(swap, -1.0, 1.0)[:, None]
-    vector = np.array(AXES)
+    sign = np.where(swap, -1, 1)[:, None]
     normal = sign * rows[:, 10:13][:, vector]
-    normal_force = sign * rows[:, 4:7][:, vector]
-    return Snapshot(
+    snapshot = Snapshot(
         position=fields["pos"][:, vector],
         radius=fields["rad"],
-        wall_position=_wall_coordinates(fields),
+        wall_position=_faces(fields, axes),
         first=np.where(swap, second, first),
         second=np.where(swap, first, second),
         normal=normal,
-        force_n=(normal_force * normal).sum(axis=1),
+        force_n=(sign * rows[:, 4:7][:, vector] * normal).sum(axis=1),
         force_t=sign * rows[:, 7:10][:, vector],
-        friction=friction,
+        friction=_friction(fields, (first < len(fields["ids"])) & (second < len(fields["ids"])), friction),
+        image=None if image is None else sign * image,
     )
+    return checked(checked(snapshot, str(path)).with_pairs_merged(), str(path))
 
 
-def _wall_coordinates(fields: dict[str, np.ndarray]) -> np.ndarray:
-    return np.array([fields["wallpos"][yade, yade // 2] for yade in WALLS])
-
-
-def read(path: str | os.PathLike, law: LinearFrictional | None = None, damping: float = 0.05) -> Assembly:
-    """Read a state as an `Assembly` that steps on.
+def read(
+    path: str | os.PathLike, law: LinearFrictional | None = None, damping: float = 0.05, friction: float = 0.7
+) -> Assembly:
+    """Read a state of spheres between walls as an `Assembly` that steps on.
 
     Parameters
     ----------
     path : path
         An `.npz` with the fields above.
     law : LinearFrictional, optional
-        By default Yade's frictional law with E = 712 MPa, k_t/k_n = 0.42, mu = 0.7: the `harmonic`
-        stiffness rule.
+        By default stiffnesses and friction are the file's.
+    damping : float
+        Of Yade's NewtonIntegrator; the file does not know it.
+    friction : float
+        Coulomb coefficient where the file has none.
 
     Notes
     -----
@@ -135,32 +117,146 @@ def read(path: str | os.PathLike, law: LinearFrictional | None = None, damping: 
     InvalidInput, CorruptFile
         Naming file, field and what was expected.
     """
-    fields = _fields(path, tuple(SHAPES))
-    vector = np.array(AXES)
+    fields = _fields(path, FOR_ANALYSIS)
+    if "cell" in fields:
+        raise InvalidInput(f"{path} is periodic, and only specimens between walls step on: read_snapshot analyses it")
+    fields = _fields(path, FOR_STEPPING)
     volume = 4.0 / 3.0 * np.pi * fields["rad"] ** 3
     density = float(fields["mass"].sum() / volume.sum())
+    if not np.asarray(fields.get("is_sphere", True)).all():
+        raise InvalidInput(
+            f"{path} has grains that are not spheres, and only spheres step on: read_snapshot analyses it"
+        )
     if not np.allclose(fields["mass"], density * volume, rtol=1e-6):
         raise CorruptFile(f"{path}: the masses are not those of spheres of one density; fields mass and rad disagree")
-    # Yade's axes 1, 2, 3 = y, x, z are an odd permutation: pseudovectors change sign
+    axes = _axes(path, fields)
+    vector = np.array(axes)
+    handed = np.linalg.det(np.eye(3)[vector])  # pseudovectors change sign with an odd order of axes
+    first, second = _bodies(path, fields, axes)
+    between = (first < len(fields["ids"])) & (second < len(fields["ids"]))
+    if (on_walls := _friction(fields, ~between, 0.0)) not in (0.0, None):
+        raise InvalidInput(f"{path} has walls with friction {on_walls:g}, and those of rendulic are smooth: analyse it")
     assembly = Assembly(
         fields["pos"][:, vector],
         fields["rad"],
-        _wall_coordinates(fields),
+        _faces(fields, axes),
         density=density,
-        law=law or LinearFrictional(stiffness_rule="harmonic"),
+        law=law or _law(path, fields, first, second, _friction(fields, between, friction)),
         damping=damping,
         velocity=fields["vel"][:, vector],
-        angular_velocity=-fields["angvel"][:, vector],
+        angular_velocity=handed * fields["angvel"][:, vector],
     )
-    first, second = _bodies(path, fields)
-    n = len(assembly)
-    between = (first < n) & (second < n)
     first, second = first[between], second[between]
     swap = first > second
     shear = np.where(swap, -1.0, 1.0)[:, None] * fields["contacts"][between, 7:10][:, vector]
     # Yade saves positions after a step and the forces from before it
-    dt = float(finite_array("dt", fields["dt"], ())) if "dt" in fields else 0.0
+    dt = float(fields["dt"]) if "dt" in fields else 0.0
     assembly.set_tangential_forces(np.where(swap, second, first), np.where(swap, first, second), shear, age=dt)
     if dt:
         assembly.set_time_step(dt)
     return assembly
+
+
+def _law(path, fields: dict[str, np.ndarray], first, second, friction: float | None) -> LinearFrictional:
+    """The law whose stiffnesses all contacts between grains have."""
+    between = (first < len(fields["ids"])) & (second < len(fields["ids"]))
+    k_n, k_t = fields["contacts"][between, 2:4].T
+    if friction is None or not len(k_n) or not (k_n > 0.0).all():
+        raise InvalidInput(f"{path} does not tell one stiffness and friction of all its contacts: give law=")
+    radii = fields["rad"][first[between]], fields["rad"][second[between]]
+    for rule in ("harmonic", "mean_diameter"):
+        unit = LinearFrictional(modulus=1.0, tangential_ratio=1.0, stiffness_rule=rule)
+        modulus = k_n / unit.stiffness(*radii, unit.parameters)[0]
+        if np.ptp(modulus) < 1e-6 * modulus.mean() and np.ptp(k_t / k_n) < 1e-6:
+            return LinearFrictional(float(np.median(modulus)), float(np.median(k_t / k_n)), friction, rule)
+    raise InvalidInput(
+        f"{path}: the stiffnesses of its contacts are not those of one linear law (2 E R1 R2 / (R1 + R2) or K (R1 + R2)): "
+        "give law=, or read_snapshot analyses the state"
+    )
+
+
+def _friction(fields: dict[str, np.ndarray], which: np.ndarray, otherwise: float | None) -> float | None:
+    """The one friction coefficient of some contacts; None if they differ."""
+    if "friction" not in fields or not np.isfinite(fields["friction"][which]).all() or not which.any():
+        return otherwise
+    found = fields["friction"][which]
+    return float(np.median(found)) if np.ptp(found) <= 1e-12 else None
+
+
+def _axes(path, fields: dict[str, np.ndarray]) -> tuple[int, int, int]:
+    name = str(fields.get("axial", "y"))
+    if name not in AXES:
+        raise CorruptFile(f"{path}: field axial must be 'x', 'y' or 'z', found {name!r}")
+    return AXES[name]
+
+
+def _faces(fields: dict[str, np.ndarray], axes: tuple[int, int, int]) -> np.ndarray:
+    if "cell" in fields:
+        return np.array([edge for axis in axes for edge in (0.0, fields["cell"][axis])])
+    return np.array([fields["wallpos"][2 * axis + side, axis] for axis in axes for side in (0, 1)])
+
+
+def _fields(path: str | os.PathLike, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The fields wanted, and any of the optional ones, checked one by one and against each other; grains by id."""
+    path = Path(path)
+    if not path.is_file():
+        raise InvalidInput(f"no Yade state at {path}: check the path")
+    found: dict[str, np.ndarray] = {}
+    try:
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise CorruptFile(f"{path} is a bare array, not an .npz archive of a Yade state")
+        with archive:
+            box = ("wallids", "wallpos") if "cell" not in archive.files else ()
+            missing = [name for name in dict.fromkeys((*wanted, *box)) if name not in archive.files]
+            if missing:
+                raise CorruptFile(f"{path} lacks the field(s) {', '.join(missing)}; it has {', '.join(archive.files)}")
+            for name in dict.fromkeys((*wanted, *OPTIONAL)):
+                if name in archive.files:
+                    found[name] = archive[name]
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, KeyError) as error:
+        raise CorruptFile(f"{path} is not a readable .npz archive: {error}") from None
+    for name in set(SHAPES) & set(found):
+        try:
+            found[name] = finite_array(name, found[name], SHAPES[name])
+        except InvalidInput as error:
+            raise CorruptFile(f"{path}, field {error}") from None
+    for name in {*PER_GRAIN, "friction"} & set(found):
+        like = "contacts" if name == "friction" else "ids"
+        if found[name].shape[:1] != found[like].shape[:1]:
+            raise CorruptFile(
+                f"{path}: field {name} has {found[name].shape[0] if found[name].ndim else 0} rows, "
+                f"{like} has {len(found[like])}"
+            )
+        if found[name].dtype.kind not in "fiub":
+            raise CorruptFile(f"{path}: field {name} must be of numbers, found {found[name].dtype}")
+    by_id = np.argsort(found["ids"], kind="stable")
+    for name in PER_GRAIN:
+        if name in found:
+            found[name] = found[name][by_id]
+    if found["contacts"].shape[1] < 13:
+        raise CorruptFile(f"{path}: field contacts has {found['contacts'].shape[1]} columns, at least 13 are needed")
+    return found
+
+
+def _bodies(path, fields: dict[str, np.ndarray], axes: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Bodies of each contact: grains by index, walls as `n + wall` in rendulic's order."""
+    ids = fields["ids"].astype(np.int64)
+    number = {int(body): index for index, body in enumerate(ids)}
+    if len(number) != len(ids):
+        raise CorruptFile(f"{path}: field ids names a grain twice")
+    if "cell" not in fields:
+        walls = fields["wallids"].astype(np.int64)
+        if len({*walls.tolist()} - number.keys()) != 6:
+            raise CorruptFile(f"{path}: field wallids must name six bodies that are no grains, found {walls.tolist()}")
+        order = [2 * axis + side for axis in axes for side in (0, 1)]
+        number |= {int(walls[yade]): len(ids) + ours for ours, yade in enumerate(order)}
+    try:
+        bodies = [[number[int(body)] for body in row[:2]] for row in fields["contacts"]]
+    except KeyError as error:
+        known = "in ids" if "cell" in fields else "in ids nor in wallids"
+        raise CorruptFile(
+            f"{path}: a contact names body {error}, which is {'not' if 'cell' in fields else 'neither'} {known}"
+        ) from None
+    pairs = np.array(bodies, dtype=np.int64).reshape(-1, 2)
+    return pairs[:, 0], pairs[:, 1]
