@@ -9,6 +9,7 @@ from test_lattices import K, R, face_centred
 
 import rendulic as rd
 from rendulic.probing.cone_table import cone_table
+from rendulic.probing.consistency import stress_on_strain
 from rendulic.probing.edges import UNKNOWN, wrap
 from rendulic.tensors.rendulic_plane import direction_of, increment_along
 
@@ -361,3 +362,16 @@ def test_the_map_of_two_sands():
     assert_array_equal([table.first_eta_from[0], table.first_eta_to[0]], [0.4, 0.5])
     assert table.first_eta_reason.values.tolist() == ["found", "W2 is positive up to eta = 0.6"]
     assert_allclose(table.unstable_share, [0.0, 0.0, 0.5, 0.5])
+
+
+def test_stress_probes_lie_on_strain_probes(sand):
+    """Of one state of the model, W2n is that of its direction of strain, whichever of the two is imposed.
+
+    Strain probes every tenth of a degree: linear interpolation about the kinks of W2n leaves less than 1e-3.
+    """
+    strain = rd.probe(sand, rd.directions.rendulic(step=0.1), norm=[1e-9, 1e-5], n_steps=1)
+    stress = rd.probe(sand, rd.directions.rendulic(step=10), norm=0.1, n_steps=1, kind="stress")
+    table = stress_on_strain(strain, stress)
+    assert table.attrs["n_compared"] >= 30
+    assert table.attrs["rms"] < 1e-3
+    assert np.ptp(table.w2_normalised) > 0.5

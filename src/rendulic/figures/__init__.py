@@ -9,6 +9,7 @@ from rendulic.figures.contact_planes import plane_paths, plane_stiffness, plane_
 from rendulic.figures.element import element_tests
 from rendulic.figures.macro_micro import macro_micro
 from rendulic.figures.stereogram import stereogram
+from rendulic.figures.stress_probes import stress_on_strain
 from rendulic.figures.style import save
 from rendulic.figures.triaxial import deviatoric_stress, volume_change
 
@@ -32,5 +33,6 @@ __all__ = [
     "plane_work",
     "save",
     "stereogram",
+    "stress_on_strain",
     "volume_change",
 ]

@@ -38,6 +38,7 @@ def bursts(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
         energy, strain, books = figure.subplots(1, 3)
         families = {"fails": ("-", NEGATIVE), "arrested": ("-", COLOURS[5]), "settles": ("-", COLOURS[0])}
         seen: set[str] = set()
+        ends: list[tuple[float, float, str, str]] = []
         for label, curve in curves.items():
             verdict = curve.attrs["verdict"]
             style, colour = families.get(verdict, (":", "#888888"))
@@ -46,9 +47,9 @@ def bursts(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
             kinetic = curve.kinetic_energy.values / curve.attrs["reference_energy"]
             energy.plot(time[1:], np.maximum(kinetic[1:], 1e-6), style, color=colour, lw=1.0, label=word)
             strain.plot(time, curve.strain_along.values / curve.attrs["norm"], style, color=colour, lw=1.0)
-            strain.annotate(label, (time[-1], curve.strain_along.values[-1] / curve.attrs["norm"]), fontsize=6.5,
-                            xytext=(3, 0), textcoords="offset points", va="center", color=colour,
-                            visible=verdict != "settles")  # fmt: skip
+            if verdict != "settles":
+                ends.append((float(curve.strain_along[-1]) / curve.attrs["norm"], time[-1], label, colour))
+        _name_ends(strain, ends)
         one = next(iter(curves.values()))
         released = 1e3 * float(one.time.values[np.flatnonzero(one.phase.values == HELD)[0] - 1])
         for axes in (energy, strain):
@@ -67,6 +68,20 @@ def bursts(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     return figure
 
 
+def _name_ends(axes: Axes, ends: list[tuple[float, float, str, str]]) -> None:
+    """Names at the ends of curves, (strain, time, name, colour); curves that end at like strains share one."""
+    groups: list[list[tuple[float, float, str, str]]] = []
+    for end in sorted(ends):
+        if groups and end[3] == groups[-1][0][3] and abs(end[0] - groups[-1][0][0]) < 0.25 * abs(end[0]):
+            groups[-1].append(end)
+        else:
+            groups.append([end])
+    for group in groups:
+        names = ", ".join(f"{float(name):.0f}" for _, _, name, _ in sorted(group, key=lambda end: float(end[2])))
+        axes.annotate(names, (max(end[1] for end in group), group[0][0]), fontsize=6, color=group[0][3],
+                      xytext=(3, 0), textcoords="offset points", va="center")  # fmt: skip
+
+
 def _books(axes: Axes, curve: xr.Dataset) -> None:
     time = 1e3 * curve.time.values
     kept = curve.kinetic_energy.values - curve.kinetic_energy.values[0]
@@ -80,8 +95,8 @@ def _books(axes: Axes, curve: xr.Dataset) -> None:
         axes.plot(time, values, color=colour, lw=1.2, label=label)
     axes.set_xlabel("time [ms]")
     axes.set_ylabel("energy since rest [J]")
-    axes.set_title(f"largest burst, {curve.attrs.get('alpha', float('nan')):g}°; "
-                   f"books close to {curve.attrs['balance_error']:.0e}", loc="left")  # fmt: skip
+    alpha = curve.attrs.get("alpha", float("nan"))
+    axes.set_title(f"energy at {alpha:.0f}°, error {curve.attrs['balance_error']:.0e}", loc="left")
     axes.legend(loc="best")
 
 
@@ -117,7 +132,7 @@ def equation_1(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
         axes.set_ylabel("change of kinetic energy [J]")
         axes.tick_params(labelsize=6)
         axes.set_title(title, loc="left")
-        axes.legend(loc="upper left")
+        axes.legend(loc="lower right")
     return figure
 
 

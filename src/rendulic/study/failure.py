@@ -17,6 +17,7 @@ from rendulic.loading.directions import Directions
 from rendulic.probing.anatomy import anatomy
 from rendulic.probing.burst import bursts
 from rendulic.probing.cone import Cone, cone_of, probe_to_edges
+from rendulic.probing.consistency import stress_on_strain
 from rendulic.probing.probe import probe
 from rendulic.progress import Progress
 from rendulic.study.config import GrainStudy
@@ -146,25 +147,27 @@ class FailureResults:
         return {state: cone_of(data.sel(norm=self.study.failure.norm)) for state, data in self.sweeps.items()}
 
     @cached_property
-    def stress_cones(self) -> dict[PackedState, Cone]:
-        """The last state of one packing of each density probed by stress; see `_stress_probes`."""
-        last = {state.packing.density: state for state in self.states if state.packing.seed == self.first_packing.seed}
+    def stress_probes(self) -> dict[PackedState, xr.Dataset]:
+        """Stress probes of the states that were probed by strains of all sizes, laid on these."""
         return {
-            state: cone_of(self.kept(state, "cone_of_stress", partial(self._stress_probes, state)))
-            for state in last.values()
+            state: stress_on_strain(self.sweeps[state], self.kept(state, "stress", partial(self._stress_probes, state)))
+            for state in self.states
+            if state.packing.seed == self.first_packing.seed
         }
 
     def _stress_probes(self, state: PackedState, sample: Assembly, progress: Progress) -> xr.Dataset:
-        """Stress probes as large as the stress that answers the most unstable strain probe.
-
-        Larger ones would drive that direction, the softest, beyond the strain of the strain probes.
-        """
+        """Stress probes as large as the stresses that answer strain probes in their softer directions."""
         failure = self.study.failure
-        answers = self.cones[state].probes.d_sigma.sel(alpha=self.cones[state].smallest_alpha)
-        return probe_to_edges(
-            sample, directions.rendulic(failure.step_deg), float(np.linalg.norm(answers)), self.steps, kind="stress",
-            tolerance=failure.tolerance_deg, workers=self.workers, progress=progress,
+        answers = np.linalg.norm(self.cones[state].probes.d_sigma.values, axis=-1)
+        return probe(
+            sample, directions.rendulic(failure.step_deg), float(np.quantile(answers, 0.2)), self.steps, kind="stress",
+            workers=self.workers, progress=progress,
         )  # fmt: skip
+
+    @cached_property
+    def most_unstable(self) -> PackedState:
+        """The state of the first packing with the smallest W2n: the one to look at."""
+        return min(self.first, key=lambda state: self.cones[state].smallest_w2n)
 
     @property
     def steps(self) -> int:
@@ -177,10 +180,10 @@ class FailureResults:
 
     @cached_property
     def sphere(self) -> xr.Dataset:
-        """Probes of the first packing's last state over the whole sphere of increments."""
+        """Probes of the first packing's most unstable state over the whole sphere of increments."""
         on_sphere, norm = directions.sphere(self.study.failure.sphere_directions), self.study.failure.norm
         return self.kept(
-            self.first[-1],
+            self.most_unstable,
             "sphere",
             lambda sample, progress: probe(
                 sample, on_sphere, norm, self.steps, workers=self.workers, progress=progress

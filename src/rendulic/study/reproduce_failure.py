@@ -58,8 +58,8 @@ def reproduce_failure(
 ) -> dict[str, list[Path]]:
     """Draw the wanted figures of failure into a folder and return their files, tables among them.
 
-    - `cones`: the unstable sectors of all states with the uncertainty of their edges, by strain and by stress
-      probes, against the size of the probes, over the whole sphere, and beside the Chang-Hicher model's at equal eta.
+    - `cones`: the unstable sectors of all states with the uncertainty of their edges; stress probes laid on strain
+      probes; the sectors against the size of the probes, over the whole sphere, and beside the Chang-Hicher model's at equal eta.
     - `map`: the sectors against the stress ratio, loose and dense, grains and model.
     - `bursts`: what is predicted against what fails, with the curves of the bursts and Eq. 1.
     - `anatomy`: which contacts and grains the second-order work of the first loose packing comes from.
@@ -98,20 +98,20 @@ def _title(results: FailureResults) -> str:
 
 def _cones(results: FailureResults, folder: Path) -> list[Path]:
     found = {state.name: cone for state, cone in results.cones.items()}
-    last = results.first[-1]
-    found |= {f"{state.name}, stress probes": cone for state, cone in results.stress_cones.items()}
+    stress = {state.name: table for state, table in results.stress_probes.items()}
     sweeps = {
         density: {
             f"$\\eta$ = {state.eta:g}": amplitude_table(results.sweeps[state])
             for state in results.states
-            if state.packing.density == density and state.packing.seed == last.packing.seed
+            if state.packing.density == density and state.packing.seed == results.first_packing.seed
         }
         for density in ("loose", "dense")
     }
     grains = f"{results.study.specimen.n_grains} grains"
-    sphere = figures.stereogram(results.sphere, f"{last.name}, {_title(results)}")
+    sphere = figures.stereogram(results.sphere, f"{results.most_unstable.name}, {_title(results)}")
     return [
         *figures.save(figures.cones(found, _title(results)), folder, "cones"),
+        *figures.save(figures.stress_on_strain(stress, f"{grains}, stress probes"), folder, "cones_stress"),
         *[
             path
             for density, tables in sweeps.items()
@@ -183,7 +183,7 @@ def _bursts(results: FailureResults, folder: Path) -> list[Path]:
     files += figures.save(figures.burst_table(sands, "Hostun sand, loss of controllability"), folder, "bursts_model")
     worst = max(results.states, key=lambda state: float(results.bursts[state].observed.sum()))
     curves = {
-        f"{alpha:g}": read_dataset(worst.burst_file(alpha)) for alpha in results.bursts[worst].alpha.values.tolist()
+        f"{alpha:.1f}": read_dataset(worst.burst_file(alpha)) for alpha in results.bursts[worst].alpha.values.tolist()
     }
     files += figures.save(figures.bursts(curves, f"{worst.name}, {title}"), folder, "bursts_curves")
     files += figures.save(figures.equation_1(curves, worst.name), folder, "bursts_equation_1")
@@ -195,9 +195,8 @@ def _bursts(results: FailureResults, folder: Path) -> list[Path]:
 
 def _anatomy(results: FailureResults, folder: Path) -> list[Path]:
     around = {rf"$\eta$ = {state.eta:g}": data for state, data in results.anatomies.items()}
-    last = results.first[-1]
-    alpha, one = results.dissected(last)
-    heading = f"{last.name}, {alpha:g} degrees, {_title(results)}"
+    alpha, one = results.dissected(results.most_unstable)
+    heading = f"{results.most_unstable.name}, {alpha:g} degrees, {_title(results)}"
     with whole_file(folder / "anatomy.md") as temporary:
         temporary.write_text(anatomy_text({state.name: data for state, data in results.anatomies.items()}), "utf-8")
     return [
