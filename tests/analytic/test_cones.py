@@ -374,4 +374,4 @@ def test_stress_probes_lie_on_strain_probes(sand):
     table = stress_on_strain(strain, stress)
     assert table.attrs["n_compared"] >= 30
     assert table.attrs["rms"] < 1e-3
-    assert np.ptp(table.w2_normalised) > 0.5
+    assert np.ptp(table.w2_normalised.values) > 0.5

@@ -129,7 +129,10 @@ class FailureResults:
     @cached_property
     def sweeps(self) -> dict[PackedState, xr.Dataset]:
         """Probes that bracket the edges of every state; at all norms if the packing has the study's seed."""
-        return {state: self.kept(state, "cone", partial(self._sweep, state)) for state in self.states}
+        return {state: self._swept(state) for state in self.states}
+
+    def _swept(self, state: PackedState) -> xr.Dataset:
+        return self.kept(state, "cone", partial(self._sweep, state))
 
     def _sweep(self, state: PackedState, sample: Assembly, progress: Progress) -> xr.Dataset:
         failure = self.study.failure
@@ -167,7 +170,8 @@ class FailureResults:
     @cached_property
     def most_unstable(self) -> PackedState:
         """The state of the first packing with the smallest W2n: the one to look at."""
-        return min(self.first, key=lambda state: self.cones[state].smallest_w2n)
+        norm = self.study.failure.norm
+        return min(self.first, key=lambda state: cone_of(self._swept(state).sel(norm=norm)).smallest_w2n)
 
     @property
     def steps(self) -> int:
