@@ -49,9 +49,11 @@ class Clustering:
 def verdict_of(score: float) -> str:
     """What a standard score says; see `Clustering.verdict`.
 
-    >>> verdict_of(-4.0)
-    'dispersed'
+    >>> verdict_of(-4.0), verdict_of(float("nan"))
+    ('dispersed', 'too few to tell')
     """
+    if np.isnan(score):
+        return "too few to tell"
     return VERDICTS[1 + (score > SURE) - (score < -SURE)]
 
 
