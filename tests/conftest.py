@@ -11,6 +11,8 @@ from rendulic.dem.kernels.arrays import Drive
 # fast preparation: these specimens serve algebra and bookkeeping, not soil mechanics
 FAST = rd.dem.QuasiStatic(inertial_number=2e-4)
 
+collect_ignore = ["reference/yade_states.py"]  # runs inside Yade
+
 _LINES = pytest.StashKey[list[str]]()
 
 
