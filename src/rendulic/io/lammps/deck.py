@@ -18,13 +18,13 @@ from rendulic.checks import whole_number
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
 from rendulic.errors import InvalidInput
+from rendulic.io.lammps.data import NUMBER, write_data
 from rendulic.io.lammps.grain_types import GrainTypes, sorted_into_types
 from rendulic.io.lammps.history import velocities_for
 from rendulic.whole_file import whole_file, writable_folder
 
 __all__ = ["Continuation", "write_deck"]
 
-NUMBER = "%.17g"
 STEP = 1e6  # s, of the step that makes tangential forces: velocities are then next to nothing
 
 DECK = Template("""\
@@ -54,7 +54,6 @@ $pairs
 compute r all property/atom radius
 variable ramp equal 0.0
 $walls
-fix walls all addforce v_push1 v_push2 v_push3
 
 # one step without an integrator: the velocities of state.data are slips, that become tangential forces; then rest
 timestep $step
@@ -151,32 +150,14 @@ def write_deck(
         float(np.abs(types.error).max(initial=0.0)),
         residual,
     )
-    velocity, spin = velocity / STEP, spin / STEP
-    with whole_file(folder / "state.data") as temporary:
-        temporary.write_text(_data(assembly, types, velocity, spin), encoding="utf-8")
+    write_data(assembly, folder / "state.data", types.of_grain + 1, velocity / STEP, spin / STEP)
     with whole_file(folder / "continue.in") as temporary:
-        temporary.write_text(_deck(assembly, types, n_steps, str(found)), encoding="utf-8")
+        temporary.write_text(_deck(assembly, assembly.law, types, n_steps, str(found)), encoding="utf-8")
     return found
 
 
-def _data(assembly: Assembly, types: GrainTypes, velocity: np.ndarray, spin: np.ndarray) -> str:
-    grains, faces = assembly.grains, assembly.walls.position
-    density = grains.mass / (4.0 / 3.0 * np.pi * grains.radius**3)
-    lines = ["LAMMPS data file of rendulic, units si", "", f"{len(assembly)} atoms", f"{types.n_types} atom types", ""]
-    lines += [
-        f"{NUMBER % faces[2 * k]} {NUMBER % faces[2 * k + 1]} {axis}lo {axis}hi" for k, axis in enumerate("xyz")
-    ]
-    lines += ["", "Atoms # sphere", ""]
-    for i, numbers in enumerate(zip(2.0 * grains.radius, density, *grains.position.T, strict=True)):
-        lines.append(f"{i + 1} {types.of_grain[i] + 1} " + " ".join(NUMBER % number for number in numbers))
-    lines += ["", "Velocities", ""]
-    for i, numbers in enumerate(np.hstack((velocity, spin))):
-        lines.append(f"{i + 1} " + " ".join(NUMBER % number for number in numbers))
-    return "\n".join(lines) + "\n"
-
-
-def _deck(assembly: Assembly, types: GrainTypes, n_steps: int, summary: str) -> str:
-    law, faces, lengths = assembly.law, assembly.walls.position, assembly.lengths
+def _deck(assembly: Assembly, law: LinearFrictional, types: GrainTypes, n_steps: int, summary: str) -> str:
+    faces, lengths = assembly.walls.position, assembly.lengths
     pairs = [
         f"pair_coeff {i + 1} {j + 1} hooke {NUMBER % types.k_n[i, j]} 0.0 damping velocity "
         f"tangential linear_history {NUMBER % (law.tangential_ratio * types.k_n[i, j])} 0.0 {NUMBER % law.friction}"
@@ -184,6 +165,7 @@ def _deck(assembly: Assembly, types: GrainTypes, n_steps: int, summary: str) -> 
         for j in range(i, types.n_types)
     ]
     stiffness = NUMBER % law.wall_stiffness(1.0, law.parameters)
+    gap = NUMBER % (0.5 * assembly.grains.radius.mean())
     walls, rates, boxes = [], [], []
     for k, axis in enumerate("xyz"):
         low, high, half = (NUMBER % number for number in (faces[2 * k], faces[2 * k + 1], 0.5 * lengths[k]))
@@ -193,6 +175,10 @@ def _deck(assembly: Assembly, types: GrainTypes, n_steps: int, summary: str) -> 
             f"variable depth{2 * k + 2} atom c_r-({high}-v_inward{k + 1}-{axis})",
             *(f"variable wall{w} atom {stiffness}*c_r*v_depth{w}*(v_depth{w}>0)" for w in (2 * k + 1, 2 * k + 2)),
             f"variable push{k + 1} atom v_wall{2 * k + 1}-v_wall{2 * k + 2}",
+            f"variable near{k + 1} atom (v_depth{2 * k + 1}>-{gap})||(v_depth{2 * k + 2}>-{gap})",
+            f"group near{k + 1} dynamic all var near{k + 1} every 100",
+            f"fix wall{k + 1} near{k + 1} addforce "
+            + " ".join(f"v_push{k + 1}" if j == k else "0.0" for j in range(3)),
         ]
         rates.append(f"variable rate{k + 1} equal -v_eps{k + 1}/(v_steps*dt)")
         boxes.append(f"{axis} trate $${{rate{k + 1}}}".replace("$$", "$"))

@@ -71,7 +71,9 @@ def read_snapshot(
     contacts = path.with_suffix(".contacts") if contacts is None else Path(contacts)
     grains, touching = read_dump(path, "ATOMS"), read_dump(contacts, "ENTRIES")
     if touching.step != grains.step:
-        raise CorruptFile(f"{contacts} is of step {touching.step}, {path} of step {grains.step}: give files of one step")
+        raise CorruptFile(
+            f"{contacts} is of step {touching.step}, {path} of step {grains.step}: give files of one step"
+        )
     names = next((names for names in PLACES if set(names) <= set(grains.table.columns)), PLACES[0])
     size = "diameter" if "radius" not in grains.table.columns and "diameter" in grains.table.columns else "radius"
     ids = whole_numbers_of(path, grains.table, "id")

@@ -50,7 +50,9 @@ def velocities_for(snapshot: Snapshot, k_t: np.ndarray) -> tuple[np.ndarray, np.
     # unknowns: v of all grains, then r w of all grains; a row per tangent
     row = np.broadcast_to(np.arange(2 * len(first)).reshape(-1, 2, 1), tangents.shape)
     blocks = [(first, 0, -tangents), (second, 0, tangents), (first, 3 * n, -turning), (second, 3 * n, -turning)]
-    columns = [np.broadcast_to(start + 3 * grain[:, None, None] + np.arange(3), row.shape) for grain, start, _ in blocks]
+    columns = [
+        np.broadcast_to(start + 3 * grain[:, None, None] + np.arange(3), row.shape) for grain, start, _ in blocks
+    ]
     entries = np.concatenate([value.reshape(-1) for *_, value in blocks])
     place = np.tile(row.reshape(-1), len(blocks)), np.concatenate([column.reshape(-1) for column in columns])
     matrix = coo_array((entries, place), shape=(2 * len(first), 6 * n)).tocsr()

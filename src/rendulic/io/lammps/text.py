@@ -131,7 +131,9 @@ def numbers_of(path: Path, frame: pd.DataFrame, names: tuple[str, ...]) -> np.nd
         found[:, k] = pd.to_numeric(frame[name], errors="coerce")
         if not np.isfinite(found[:, k]).all():
             row = int(np.flatnonzero(~np.isfinite(found[:, k]))[0])
-            raise CorruptFile(f"{path}, row {row + 1}, column {name}: expected a number, found {frame[name].iloc[row]!r}")
+            raise CorruptFile(
+                f"{path}, row {row + 1}, column {name}: expected a number, found {frame[name].iloc[row]!r}"
+            )
     return found
 
 
@@ -151,5 +153,7 @@ def rows_of(path: Path, frame: pd.DataFrame, name: str, ids: np.ndarray) -> np.n
     absent = ids[row] != found if len(ids) else np.ones(len(found), dtype=bool)
     if absent.any():
         worst = int(np.flatnonzero(absent)[0])
-        raise CorruptFile(f"{path}, row {worst + 1}, column {name}: there is no grain {found[worst]} in the dump of grains")
+        raise CorruptFile(
+            f"{path}, row {worst + 1}, column {name}: there is no grain {found[worst]} in the dump of grains"
+        )
     return row
