@@ -58,9 +58,9 @@ def read_data(path: str | os.PathLike, law: LinearFrictional | None = None, damp
     box = np.array([_bounds(path, header, axis) for axis in "xyz"]).reshape(6)
     images = IMAGES if len(sections["Atoms"].split("\n\n", 1)[-1].partition("\n")[0].split()) == 10 else ()
     atoms = table_of(path, [*ATOMS, *images], sections["Atoms"])
-    if count is None or int(count[1]) != len(atoms):
+    if count is None or int(count[1]) != len(atoms.rows):
         said = "does not say how many" if count is None else f"says {count[1]}"
-        raise CorruptFile(f"{path} has {len(atoms)} rows in section Atoms, its header {said}: truncated?")
+        raise CorruptFile(f"{path} has {len(atoms.rows)} rows in section Atoms, its header {said}: truncated?")
     ids = whole_numbers_of(path, atoms, "id")
     order = np.argsort(ids)
     if len(np.unique(ids)) != len(ids):

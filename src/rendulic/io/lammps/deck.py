@@ -89,26 +89,26 @@ class Continuation:
     ----------
     n_types : int
         Grain types in use.
-    stiffness_error_mean, stiffness_error_max : float
+    stiffness_error_rms, stiffness_error_max : float
         Of the relative error of `k_n` over the contacts between grains: root mean square, and largest size.
     history_residual : float
         Norm of the tangential forces that could not be handed over, relative to that of all.
     """
 
     n_types: int
-    stiffness_error_mean: float
+    stiffness_error_rms: float
     stiffness_error_max: float
     history_residual: float
 
     def __str__(self) -> str:
         return (
-            f"{self.n_types} grain types, stiffness off by {self.stiffness_error_mean:.2g} (rms), "
+            f"{self.n_types} grain types, stiffness off by {self.stiffness_error_rms:.2g} (rms), "
             f"{self.stiffness_error_max:.2g} (largest); tangential forces by {self.history_residual:.2g}"
         )
 
 
 def write_deck(
-    assembly: Assembly, folder: str | os.PathLike, *, n_types: int = 32, n_steps: int = 5000
+    assembly: Assembly, folder: str | os.PathLike, *, n_types: int = 64, n_steps: int = 5000
 ) -> Continuation:
     """Write `state.data` and `continue.in` into a folder.
 

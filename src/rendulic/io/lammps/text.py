@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import io
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from rendulic.errors import CorruptFile, InvalidInput
 from rendulic.io.snapshot import LARGEST
 
-if TYPE_CHECKING:
-    import pandas as pd
+__all__ = ["Dump", "Table", "numbers_of", "read_dump", "rows_of", "table_of", "text_of", "whole_numbers_of"]
 
-__all__ = ["Dump", "numbers_of", "read_dump", "rows_of", "table_of", "text_of", "whole_numbers_of"]
+
+class Table(NamedTuple):
+    """Rows of words under the names of their columns."""
+
+    columns: list[str]
+    rows: list[str]
 
 
 class Dump(NamedTuple):
@@ -24,7 +27,7 @@ class Dump(NamedTuple):
     step: int
     box: np.ndarray  # (6,)
     periodic: np.ndarray  # (3,)
-    table: pd.DataFrame  # as it is: text, or numbers
+    table: Table
 
 
 def text_of(path: Path) -> str:
@@ -63,7 +66,7 @@ def read_dump(path: Path, kind: str) -> Dump:
 
     if "UNITS" in bodies and bodies["UNITS"].strip() != "si":
         raise CorruptFile(f"{path} is in units {bodies['UNITS'].strip()!r}, expected 'si'")
-    step, count = (_number(path, name, body(name)[1]) for name in ("TIMESTEP", f"NUMBER OF {kind}"))
+    step, count = (_count(path, name, body(name)[1]) for name in ("TIMESTEP", f"NUMBER OF {kind}"))
     flags, bounds = body("BOX BOUNDS")
     if len(flags) != 3 or not all(flag == "pp" or not set(flag) - set("fsm") for flag in flags):
         raise CorruptFile(f"{path}: section BOX BOUNDS must be of a box along the axes, like 'ff ff pp', found {flags}")
@@ -75,12 +78,12 @@ def read_dump(path: Path, kind: str) -> Dump:
         raise CorruptFile(f"{path}: section BOX BOUNDS must have finite rows 'low high', found {box.tolist()}")
     columns, rows = body(f"{kind} ")
     table = table_of(path, columns, rows)
-    if len(table) != count:
-        raise CorruptFile(f"{path} has {len(table)} rows, its section NUMBER OF {kind} says {count}: truncated?")
+    if len(table.rows) != count:
+        raise CorruptFile(f"{path} has {len(table.rows)} rows, its section NUMBER OF {kind} says {count}: truncated?")
     return Dump(step, box, np.array([flag == "pp" for flag in flags]), table)
 
 
-def _number(path: Path, name: str, text: str) -> int:
+def _count(path: Path, name: str, text: str) -> int:
     try:
         number = int(text)
     except ValueError:
@@ -90,30 +93,26 @@ def _number(path: Path, name: str, text: str) -> int:
     return number
 
 
-def table_of(path: Path, columns: list[str], text: str) -> pd.DataFrame:
-    """Rows of as many words as there are columns."""
-    import pandas as pd
+def table_of(path: Path, columns: list[str], text: str) -> Table:
+    """Rows of as many words as there are columns.
 
+    Raises
+    ------
+    CorruptFile
+        If a row has more or fewer, or two columns have one name.
+    """
     if len(set(columns)) != len(columns):
         raise CorruptFile(f"{path} has two columns of one name: {' '.join(columns)}")
-    if not text.strip():
-        return pd.DataFrame({name: np.zeros(0) for name in columns})
-    try:
-        frame = pd.read_csv(
-            io.StringIO(text), sep=r"\s+", header=None, float_precision="round_trip", quoting=3, nrows=LARGEST + 1
-        )
-    except (ValueError, OSError) as error:
-        raise CorruptFile(f"{path}: rows must have the {len(columns)} columns of the heading: {error}") from None
-    if frame.shape[1] != len(columns):
-        raise CorruptFile(f"{path}: rows have {frame.shape[1]} columns, the heading names {len(columns)}")
-    frame.columns = columns
-    short = frame.iloc[:, -1].isna().to_numpy()
-    if short.any():
-        raise CorruptFile(f"{path}, row {int(np.flatnonzero(short)[0]) + 1} has fewer than {len(columns)} numbers")
-    return frame
+    rows = [row for row in text.splitlines() if row.strip()]
+    for number, row in enumerate(rows):
+        if (found := len(row.split())) != len(columns):
+            raise CorruptFile(
+                f"{path}, row {number + 1} has {found} columns, expected the {len(columns)} of its heading"
+            )
+    return Table(columns, rows)
 
 
-def numbers_of(path: Path, frame: pd.DataFrame, names: tuple[str, ...]) -> np.ndarray:
+def numbers_of(path: Path, table: Table, names: tuple[str, ...]) -> np.ndarray:
     """(n, len(names)) finite numbers of the columns `names`.
 
     Raises
@@ -121,24 +120,33 @@ def numbers_of(path: Path, frame: pd.DataFrame, names: tuple[str, ...]) -> np.nd
     CorruptFile
         Naming file, column and row.
     """
-    import pandas as pd
-
-    missing = [name for name in names if name not in frame.columns]
+    missing = [name for name in names if name not in table.columns]
     if missing:
-        raise CorruptFile(f"{path} lacks the column(s) {', '.join(missing)}; it has {', '.join(frame.columns)}")
-    found = np.empty((len(frame), len(names)))
-    for k, name in enumerate(names):
-        found[:, k] = pd.to_numeric(frame[name], errors="coerce")
-        if not np.isfinite(found[:, k]).all():
-            row = int(np.flatnonzero(~np.isfinite(found[:, k]))[0])
-            raise CorruptFile(
-                f"{path}, row {row + 1}, column {name}: expected a number, found {frame[name].iloc[row]!r}"
-            )
+        raise CorruptFile(f"{path} lacks the column(s) {', '.join(missing)}; it has {', '.join(table.columns)}")
+    if not table.rows:
+        return np.zeros((0, len(names)))
+    at = [table.columns.index(name) for name in names]
+    try:
+        found = np.loadtxt(table.rows, usecols=at, ndmin=2, comments=None)
+    except ValueError:
+        found = np.array([[_number(row.split()[k]) for k in at] for row in table.rows])
+    wrong = np.argwhere(~np.isfinite(found))
+    if len(wrong):
+        row, k = wrong[0]
+        word = table.rows[row].split()[at[k]]
+        raise CorruptFile(f"{path}, row {row + 1}, column {names[k]}: expected a number, found {word[:40]!r}")
     return found
 
 
-def whole_numbers_of(path: Path, frame: pd.DataFrame, name: str) -> np.ndarray:
-    values = numbers_of(path, frame, (name,))[:, 0]
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return np.nan
+
+
+def whole_numbers_of(path: Path, table: Table, name: str) -> np.ndarray:
+    values = numbers_of(path, table, (name,))[:, 0]
     wrong = (values != np.round(values)) | (np.abs(values) > 2.0**53)
     if wrong.any():
         row = int(np.flatnonzero(wrong)[0])
@@ -146,9 +154,9 @@ def whole_numbers_of(path: Path, frame: pd.DataFrame, name: str) -> np.ndarray:
     return values.astype(np.int64)
 
 
-def rows_of(path: Path, frame: pd.DataFrame, name: str, ids: np.ndarray) -> np.ndarray:
+def rows_of(path: Path, table: Table, name: str, ids: np.ndarray) -> np.ndarray:
     """Rows of the grains that a column of ids names."""
-    found = whole_numbers_of(path, frame, name)
+    found = whole_numbers_of(path, table, name)
     row = np.minimum(np.searchsorted(ids, found), max(len(ids) - 1, 0))
     absent = ids[row] != found if len(ids) else np.ones(len(found), dtype=bool)
     if absent.any():
