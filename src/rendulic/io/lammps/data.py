@@ -10,7 +10,7 @@ import numpy as np
 
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
-from rendulic.errors import CorruptFile
+from rendulic.errors import CorruptFile, InvalidInput
 from rendulic.io.lammps.text import numbers_of, table_of, text_of, whole_numbers_of
 from rendulic.whole_file import whole_file
 
@@ -48,12 +48,12 @@ def read_data(path: str | os.PathLike, law: LinearFrictional | None = None, damp
         raise CorruptFile(f"{path} is in units {units[1]!r}, expected 'si'")
     marks = list(SECTION.finditer(text))
     ends = [mark.start() for mark in marks[1:]] + [len(text)]
-    sections = {mark[1]: text[mark.end() : end] for mark, end in zip(marks, ends, strict=True)}
+    sections = {mark[1]: text[mark.end() : end] for mark, end in zip(marks, ends, strict=False)}
     style = next(((mark[2] or "sphere").strip() for mark in marks if mark[1] == "Atoms"), None)
     if style != "sphere":
         found = "there is no section Atoms" if style is None else f"its section Atoms is of style {style!r}"
         raise CorruptFile(f"{path} is no data file of atom_style sphere: {found}")
-    header = text[: marks[0].start()]
+    header = text[: marks[0].start()]  # there are marks: one is of Atoms
     count = re.search(r"^\s*(\d+)\s+atoms\b", header, flags=re.MULTILINE)
     box = np.array([_bounds(path, header, axis) for axis in "xyz"]).reshape(6)
     images = IMAGES if len(sections["Atoms"].split("\n\n", 1)[-1].partition("\n")[0].split()) == 10 else ()
@@ -75,16 +75,19 @@ def read_data(path: str | os.PathLike, law: LinearFrictional | None = None, damp
         if not np.array_equal(np.sort(named), ids[order]):
             raise CorruptFile(f"{path}: column id of section Velocities does not name the grains of section Atoms")
         motion = numbers_of(path, moving, VELOCITIES[1:])[np.argsort(named)]
-    return Assembly(
-        np.column_stack(position),
-        0.5 * diameter,
-        box,
-        density=float(density.mean()),
-        law=law,
-        damping=damping,
-        velocity=motion[:, :3],
-        angular_velocity=motion[:, 3:],
-    )
+    try:
+        return Assembly(
+            np.column_stack(position),
+            0.5 * diameter,
+            box,
+            density=float(density.mean()),
+            law=law,
+            damping=damping,
+            velocity=motion[:, :3],
+            angular_velocity=motion[:, 3:],
+        )
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
 
 
 def write_data(
