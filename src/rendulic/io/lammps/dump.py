@@ -36,7 +36,8 @@ PLACES = (("x", "y", "z"), ("xu", "yu", "zu"))
 FACE_FORCES = tuple(f"v_wall{face}" for face in range(1, 7))
 IDS = ("c_ids[1]", "c_ids[2]")
 FORCES = tuple(f"c_force[{k}]" for k in range(1, 7))
-PARALLEL = 1e-6  # of a force: how far normal forces may be off the line of centres
+PARALLEL = 1e-6  # of a force or branch: how far it may be off the line it must be on
+FLAT = 1e-9  # of the box: how far contacts with one wall may be off its plane
 FACES = ("x-", "x+", "y-", "y+", "z-", "z+")
 
 
@@ -158,7 +159,7 @@ def _walls(path: Path, grains: Dump, position: np.ndarray, by_id: np.ndarray, wa
         points = touched[face == k, 4 + k // 2]
         if len(points):
             faces[k] = points.mean()
-            if np.ptp(points) > PARALLEL * (grains.box[1::2] - grains.box[0::2]).max():
+            if np.ptp(points) > FLAT * (grains.box[1::2] - grains.box[0::2]).max():
                 raise CorruptFile(f"{path}: contacts with the wall {FACES[k]} lie in more than one plane")
         elif walls is None:
             raise InvalidInput(
