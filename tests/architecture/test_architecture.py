@@ -39,7 +39,7 @@ ONLY_IN = {
     "pydantic": {"validation.py", "study", "io/plain_text.py", "chang_hicher/parameters.py"},
     "h5py": {"state.py", "io"},
     "numba": {"dem/kernels", "chang_hicher/kernels"},
-    "scipy": {"tensors/sphere_rules.py", "micro/clustering.py"},
+    "scipy": {"tensors/sphere_rules.py", "micro/clustering.py", "io/lammps/history.py"},
 }
 
 

@@ -19,7 +19,9 @@ MANIFEST = "probes.csv"
 
 
 def analyze(
-    before: Annotated[Path, typer.Argument(help="The state before: .h5, Yade's .npz, or a folder of plain text.")],
+    before: Annotated[
+        Path, typer.Argument(help="The state before: .h5, Yade's .npz, LAMMPS's .dump, or a folder of plain text.")
+    ],
     after: Annotated[Path, typer.Argument(help=f"The state after, or a folder with many and {MANIFEST}.")],
     report: Annotated[
         Path | None, typer.Option("--report", "-o", help="Folder for JSON, tables and figures; none if not given.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rendulic.lazy import lazy_names
 
 _PUBLIC: dict[str, str | tuple[str, str]] = {
+    "lammps": "rendulic.io.lammps",
     "yade": "rendulic.io.yade",
     "read": ("rendulic.io.reading", "read"),
     "read_about": ("rendulic.io.snapshot", "read_about"),
@@ -19,7 +20,7 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
 __all__ = [*_PUBLIC]
 
 if TYPE_CHECKING:
-    from rendulic.io import yade
+    from rendulic.io import lammps, yade
     from rendulic.io.plain_text import read_plain_text, write_plain_text
     from rendulic.io.reading import read
     from rendulic.io.snapshot import read_about, read_snapshot, write_snapshot

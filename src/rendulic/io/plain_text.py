@@ -25,7 +25,7 @@ import pandas as pd
 from pydantic import Field
 
 from rendulic.errors import CorruptFile, InvalidInput
-from rendulic.io.snapshot import LARGEST, checked
+from rendulic.io.snapshot import LARGEST, checked, nearest_images
 from rendulic.snapshot import Snapshot
 from rendulic.validation import Section, validated
 from rendulic.whole_file import whole_file, writable_folder
@@ -96,7 +96,7 @@ def read_plain_text(folder: str | os.PathLike) -> Snapshot:
     force = np.where(swap, -1.0, 1.0)[:, None] * force
     bare = Snapshot(
         position, radius, faces, first, second, np.zeros_like(force), np.zeros(len(first)), np.zeros_like(force),
-        box.friction, _nearest_images(position, faces, first, second) if box.periodic else None,
+        box.friction, nearest_images(position, faces, first, second) if box.periodic else None,
     )  # fmt: skip
     if (first >= len(ids)).any():
         row = int(np.flatnonzero(first >= len(ids))[0])
@@ -191,10 +191,3 @@ def _bodies(path: Path, contacts: pd.DataFrame, name: str, ids: np.ndarray, wall
             f"{path}, row {row_of + 2}, column {name}: {found[row_of]} is neither a grain of grains.csv nor a wall of box.toml"
         )
     return np.where(is_wall, len(ids) + face, row)
-
-
-def _nearest_images(position: np.ndarray, faces: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    lengths = faces[1::2] - faces[0::2]
-    n = len(position)
-    apart = position[np.minimum(second, n - 1)] - position[np.minimum(first, n - 1)]
-    return -np.round(apart / lengths).astype(np.int64)

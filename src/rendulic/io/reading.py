@@ -11,7 +11,8 @@ from rendulic.snapshot import Snapshot
 __all__ = ["read"]
 
 KINDS = (
-    "a snapshot or state of rendulic (.h5), a Yade state (.npz), or a folder with box.toml, grains.csv and contacts.csv"
+    "a snapshot or state of rendulic (.h5), a Yade state (.npz), a dump of LAMMPS with its contacts beside it, or a folder "
+    "with box.toml, grains.csv and contacts.csv"
 )
 
 
@@ -21,7 +22,8 @@ def read(path: str | os.PathLike) -> Snapshot:
     Parameters
     ----------
     path : path
-        A neutral snapshot or a state of an assembly (HDF5), a state of Yade (`.npz`), or a folder of plain text.
+        A neutral snapshot or a state of an assembly (HDF5), a state of Yade (`.npz`), a dump of
+        LAMMPS (`NAME.dump`, with `NAME.contacts` beside it), or a folder of plain text.
 
     Raises
     ------
@@ -30,7 +32,7 @@ def read(path: str | os.PathLike) -> Snapshot:
     CorruptFile
         If a file is truncated, altered or inconsistent.
     """
-    from rendulic.io import plain_text, snapshot, yade
+    from rendulic.io import lammps, plain_text, snapshot, yade
 
     path = Path(path)
     if path.is_dir():
@@ -43,6 +45,8 @@ def read(path: str | os.PathLike) -> Snapshot:
         return _of_state(path) if _format(path) == "rendulic state" else snapshot.read_snapshot(path)
     if begin.startswith(b"PK"):
         return yade.read_snapshot(path)
+    if begin.startswith(b"ITEM: "):
+        return lammps.read_snapshot(path)
     raise CorruptFile(f"{path} is of no known kind: expected {KINDS}")
 
 

@@ -36,7 +36,7 @@ from rendulic.whole_file import whole_file
 if TYPE_CHECKING:
     import h5py
 
-__all__ = ["checked", "read_about", "read_snapshot", "write_snapshot"]
+__all__ = ["checked", "nearest_images", "read_about", "read_snapshot", "write_snapshot"]
 
 FORMAT, SCHEMA = "rendulic snapshot", 1
 CONVENTION = "on second, compression positive"
@@ -206,3 +206,11 @@ def checked(snapshot: Snapshot, where: str) -> Snapshot:
             f"{where}: normal must point from first to second, but {int(away.sum())} of {n_contacts} point the other way"
         )
     return snapshot
+
+
+def nearest_images(position: np.ndarray, faces: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """(n_contacts, 3) cells to the image of `second` that is nearest to `first`, in a box periodic along every axis."""
+    lengths = faces[1::2] - faces[0::2]
+    n = len(position)
+    apart = position[np.minimum(second, n - 1)] - position[np.minimum(first, n - 1)]
+    return -np.round(apart / lengths).astype(np.int64)
