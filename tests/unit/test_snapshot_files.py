@@ -91,6 +91,28 @@ def test_plain_text_of_another_orientation_and_convention(snapshot, tmp_path):
     assert np.allclose(found.position, snapshot.position, rtol=1e-14)
 
 
+def test_plain_text_of_grains_that_touch_twice(snapshot, tmp_path):
+    """Points of one pair are summed where normals are given; a repeated row is refused, and so are two points of spheres."""
+    folder = rd.io.write_plain_text(snapshot, tmp_path / "text")
+    rows = pd.read_csv(folder / "contacts.csv")
+    force = ["fx", "fy", "fz"]
+    halves = rows.copy()
+    halves[force] *= 0.25
+    rows[force] *= 0.75
+    pd.concat((rows, halves)).to_csv(folder / "contacts.csv", index=False, float_format="%.17g")
+    merged, order = rd.io.read(folder), np.lexsort((snapshot.second, snapshot.first))
+    assert np.array_equal(merged.second, snapshot.second[order])
+    assert np.allclose(merged.force, snapshot.force[order], rtol=1e-12, atol=1e-12 * np.abs(snapshot.force).max())
+    assert np.allclose(merged.normal, snapshot.normal[order], rtol=0, atol=1e-12)
+    pd.concat((rows, rows[:1])).to_csv(folder / "contacts.csv", index=False, float_format="%.17g")
+    with pytest.raises(CorruptFile, match=rf"row {len(rows) + 2} repeats another; each contact must appear once"):
+        rd.io.read(folder)
+    spheres = pd.concat((rows, halves[:1])).drop(columns=["nx", "ny", "nz"])
+    spheres.to_csv(folder / "contacts.csv", index=False, float_format="%.17g")
+    with pytest.raises(InvalidInput, match="lists the same pair of bodies twice"):
+        rd.second_order_work(rd.io.read(folder), snapshot)
+
+
 def test_states_are_snapshots_too(sample, snapshot, tmp_path):
     sample.save().to_file(tmp_path / "state.h5")
     same(rd.io.read(tmp_path / "state.h5"), snapshot)

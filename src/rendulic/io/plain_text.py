@@ -10,7 +10,8 @@ A folder with three files:
     Columns ``id, x, y, z, radius`` in m, in any order, others are passed over.
 `contacts.csv`
     Columns ``id1, id2, fx, fy, fz`` (whole contact force in N), and if the grains are not spheres ``nx, ny, nz``, the
-    unit normal from 1 to 2. A periodic contact is that of the nearest images.
+    unit normal from 1 to 2; such grains may touch at several points, and get one contact with the summed force. A
+    periodic contact is that of the nearest images.
 """
 
 from __future__ import annotations
@@ -77,6 +78,9 @@ def read_plain_text(folder: str | os.PathLike) -> Snapshot:
     order = ["xyz".index(axis) for axis in box.axes]
     grains = _table(folder / "grains.csv", GRAINS)
     contacts = _table(folder / "contacts.csv", ("id1", "id2", *FORCES))
+    if (again := contacts[["id1", "id2", *FORCES]].duplicated().to_numpy()).any():
+        row = int(np.flatnonzero(again)[0])
+        raise CorruptFile(f"{folder / 'contacts.csv'}, row {row + 2} repeats another; each contact must appear once")
     faces = np.array(box.faces).reshape(3, 2)[order].reshape(-1)
     position = grains[["x", "y", "z"]].to_numpy()[:, order]
     ids = _whole(folder / "grains.csv", grains, "id")
@@ -103,7 +107,8 @@ def read_plain_text(folder: str | os.PathLike) -> Snapshot:
         raise CorruptFile(
             f"{folder / 'contacts.csv'}, row {row + 2}: a contact needs a grain, this one is of two walls"
         )
-    if set(NORMALS) <= set(contacts.columns):
+    has_normals = set(NORMALS) <= set(contacts.columns)
+    if has_normals:
         normal = np.where(swap, -1.0, 1.0)[:, None] * contacts[list(NORMALS)].to_numpy()[:, order]
     else:
         length = np.linalg.norm(bare.branch, axis=1)
@@ -121,7 +126,8 @@ def read_plain_text(folder: str | os.PathLike) -> Snapshot:
         box.friction,
         bare.image,
     )
-    return checked(whole, str(folder))
+    whole = checked(whole, str(folder))
+    return checked(whole.with_pairs_merged(), str(folder)) if has_normals else whole
 
 
 def write_plain_text(snapshot: Snapshot, folder: str | os.PathLike) -> Path:
