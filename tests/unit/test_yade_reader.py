@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -134,7 +137,7 @@ def test_truncated_archives_are_refused(write, share):
 def test_a_bare_array_is_no_state(tmp_path):
     """A .npy file is told from an archive."""
     np.save(tmp_path / "array.npy", np.ones(3))
-    with pytest.raises(CorruptFile, match="bare array"):
+    with pytest.raises(CorruptFile, match="not a readable"):
         rd.io.yade.read(tmp_path / "array.npy")
 
 
@@ -256,3 +259,14 @@ def test_a_spoilt_state_is_read_or_refused(tmp_path_factory, data):
             assert str(path) in refusal or name in refusal
         else:
             assert np.isfinite(state.stress if hasattr(state, "stress") else state.wall_stress).all()
+
+
+def test_a_field_that_claims_too_much_is_refused(write):
+    """A header of 1e13 rows over a few bytes takes no memory, and is named as corrupt."""
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10**13, 3)})
+    path = write(pos=None)
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("pos.npy", header.getvalue() + bytes(100))
+    with pytest.raises(CorruptFile, match=r"is not a readable \.npz archive: Unable to allocate"):
+        rd.io.yade.read(path)

@@ -21,7 +21,7 @@ from rendulic.checks import finite_array
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
 from rendulic.errors import CorruptFile, InvalidInput
-from rendulic.io.snapshot import checked
+from rendulic.io.snapshot import LARGEST, checked
 from rendulic.snapshot import Snapshot
 from rendulic.whole_file import whole_file
 
@@ -37,6 +37,7 @@ SHAPES: dict[str, tuple[int | None, ...]] = {
 PER_GRAIN = ("ids", "pos", "rad", "mass", "vel", "angvel", "is_sphere")
 FOR_ANALYSIS = ("ids", "pos", "rad", "contacts")
 FOR_STEPPING = (*FOR_ANALYSIS, "mass", "vel", "angvel", "wallids", "wallpos")
+ROW = 13 * 8  # bytes of a contact
 OPTIONAL = ("wallids", "wallpos", "cell", "celldist", "friction", "axial", "is_sphere", "dt")
 
 
@@ -203,9 +204,12 @@ def _fields(path: str | os.PathLike, wanted: tuple[str, ...]) -> dict[str, np.nd
         raise InvalidInput(f"no Yade state at {path}: check the path")
     found: dict[str, np.ndarray] = {}
     try:
+        with zipfile.ZipFile(path) as members:
+            if (size := sum(member.file_size for member in members.infolist())) > LARGEST * ROW:
+                raise CorruptFile(
+                    f"{path} unpacks to {size / 1e9:.3g} GB, more than the {LARGEST * ROW / 1e9:.3g} that are read"
+                )
         archive = np.load(path, allow_pickle=False)
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise CorruptFile(f"{path} is a bare array, not an .npz archive of a Yade state")
         with archive:
             box = ("wallids", "wallpos") if "cell" not in archive.files else ()
             missing = [name for name in dict.fromkeys((*wanted, *box)) if name not in archive.files]
@@ -214,7 +218,7 @@ def _fields(path: str | os.PathLike, wanted: tuple[str, ...]) -> dict[str, np.nd
             for name in dict.fromkeys((*wanted, *OPTIONAL)):
                 if name in archive.files:
                     found[name] = archive[name]
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, KeyError) as error:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, KeyError, MemoryError) as error:
         raise CorruptFile(f"{path} is not a readable .npz archive: {error}") from None
     for name in set(SHAPES) & set(found):
         try:
