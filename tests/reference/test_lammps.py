@@ -109,22 +109,24 @@ def test_steps_without_friction_are_the_same(dense_state, tmp_path, say):
     assert_allclose(end.wall_position, own.walls.position, rtol=0, atol=1e-15)
 
 
-def test_steps_with_friction_are_nearly_the_same(dense_state, tmp_path):
-    """Two hundred undamped steps with friction: the forces' changes agree within 1e-3.
+@pytest.mark.parametrize(("damping", "tolerance"), [(0.0, 1e-3), (0.3, 1e-2)])
+def test_steps_with_friction_are_nearly_the_same(dense_state, tmp_path, damping, tolerance):
+    """Two hundred steps with friction: the changes of forces agree.
 
-    LAMMPS counts slip at the full radii, we at the radii less half the overlap, here 1e-3 of the radius at most.
+    LAMMPS counts slip at the full radii, we at the radii less half the overlap, here 1e-3 of the radius at most. Damping
+    judges a velocity half a step older: at the first step, from standstill, of another sign. Without damping of 0.3 the
+    changes would be others by 3 %.
     """
     sample = at_rest(dense_state)
-    sample.damping = 0.0
+    sample.damping = damping
     start, end = by_deck(sample, tmp_path, 200)
     own = with_half_a_kick(sample)
     own.probe(STRAIN, 200)
-    kept = set(forces_by_pair(start)) & set(forces_by_pair(end)) & set(forces_by_pair(own.snapshot()))
-    before, theirs, ours = (
-        np.array([forces_by_pair(one)[pair] for pair in sorted(kept)]) for one in (start, end, own.snapshot())
-    )
+    all_forces = [forces_by_pair(one) for one in (start, end, own.snapshot())]
+    kept = sorted(set.intersection(*map(set, all_forces)))
     assert len(kept) > 500
-    assert np.linalg.norm(theirs - ours) < 1e-3 * np.linalg.norm(ours - before)
+    before, theirs, ours = (np.array([forces[pair] for pair in kept]) for forces in all_forces)
+    assert np.linalg.norm(theirs - ours) < tolerance * np.linalg.norm(ours - before)
 
 
 def test_a_probe_on_two_ranks(sheared_state, tmp_path, say):
