@@ -486,6 +486,14 @@ def slip_forces(snapshot, k_t, velocity, spin):
     return np.array(forces)
 
 
+def test_a_packing_of_few_sizes_needs_few_types(fast, tmp_path):
+    """Grains of one size keep it to the last bit while they grow: a type per size, and no approximation."""
+    radii = np.random.default_rng(1).choice([6e-3, 7e-3, 9e-3], 60)
+    found = rd.io.lammps.write_deck(rd.dem.pack(radius=radii, seed=1, speed=fast), tmp_path, n_types=3)
+    assert found.n_types == 3
+    assert found.stiffness_error_max < 1e-14
+
+
 def test_slips_bring_about_the_tangential_forces(snapshot):
     k_t = np.linspace(1e6, 2e6, int((~snapshot.is_wall).sum()))
     velocity, spin, residual = velocities_for(snapshot, k_t)
