@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.errors import InvalidInput, NotEquilibrated
 from rendulic.io.lammps.grain_types import sorted_into_types
 from rendulic.io.lammps.history import velocities_for
 
@@ -38,6 +38,9 @@ def test_what_no_deck_can_say_is_refused(sheared_state, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InvalidInput, match="cannot write"):
         rd.io.lammps.write_deck(sample, tmp_path / "file")
+    sample.grains.velocity[:, 0] = 1.0
+    with pytest.raises(NotEquilibrated, match=r"starts from standstill, and this packing moves \(NOT at rest"):
+        rd.io.lammps.write_deck(sample, tmp_path)
     sample.law = object()
     with pytest.raises(InvalidInput, match="LAMMPS has the law LinearFrictional only, this packing has object"):
         rd.io.lammps.write_deck(sample, tmp_path)
