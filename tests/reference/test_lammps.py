@@ -132,7 +132,8 @@ def test_steps_with_friction_are_nearly_the_same(dense_state, tmp_path, damping,
 def test_a_probe_on_two_ranks(sheared_state, tmp_path, say):
     """Deck, two MPI ranks, `rendulic analyze`: the second-order work of our own probe of the same state.
 
-    The identity is exact; the work differs by what rounding and slip make of 800 damped steps: below 1 %.
+    The identity is exact; the work differs by what rounding and slip make of 800 damped steps: 1e-5 here, 3e-3 of larger
+    packings nearer to failure.
     """
     sample = at_rest(sheared_state)
     strain = increment_along(40.0, 5e-5)
@@ -153,8 +154,8 @@ def test_a_probe_on_two_ranks(sheared_state, tmp_path, say):
     )
     assert found["identity_residual"] < 1e-11
     assert_allclose(found["d_eps"], strain, rtol=0, atol=1e-12)
-    assert abs(off) < 0.01
-    assert found["w2_normalised"] == pytest.approx(own.normalised, abs=0.01)
+    assert abs(off) < 3e-3
+    assert found["w2_normalised"] == pytest.approx(own.normalised, abs=3e-3)
 
 
 def test_few_types_are_an_approximation(sheared_state, tmp_path, say):
