@@ -176,7 +176,7 @@ def test_walls_do_not_make_neighbours():
     grains, walls = np.arange(50), np.full(50, 50)
     found = clustering(grains, walls, 50, grains < 25)
     assert np.isnan(found.index)
-    assert found.verdict == "diffuse"
+    assert found.verdict == "undetermined"
     assert found.largest == pytest.approx(1 / 25)
 
 
@@ -185,7 +185,7 @@ def test_sets_without_contrast_have_no_index():
     for chosen in (np.zeros(20, dtype=bool), np.ones(20, dtype=bool)):
         found = clustering(first, second, n_grains, chosen)
         assert np.isnan(found.index)
-        assert found.verdict == "diffuse"
+        assert found.verdict == "undetermined"
     with pytest.raises(InvalidInput, match="same contacts"):
         clustering(first, second, n_grains, np.ones(3, dtype=bool))
 

@@ -109,40 +109,43 @@ def test_steps_without_friction_are_the_same(dense_state, tmp_path, say):
     assert_allclose(end.wall_position, own.walls.position, rtol=0, atol=1e-15)
 
 
-def test_steps_with_friction_are_nearly_the_same(dense_state, tmp_path):
-    """Two hundred undamped steps with friction: the forces' changes agree within 1e-3.
+@pytest.mark.parametrize(("damping", "tolerance"), [(0.0, 1e-3), (0.3, 1e-2)])
+def test_steps_with_friction_are_nearly_the_same(dense_state, tmp_path, damping, tolerance):
+    """Two hundred steps with friction: the changes of forces agree.
 
-    LAMMPS counts slip at the full radii, we at the radii less half the overlap, here 1e-3 of the radius at most.
+    LAMMPS counts slip at the full radii, we at the radii less half the overlap, here 1e-3 of the radius at most. Damping
+    judges a velocity half a step older: at the first step, from standstill, of another sign. Without damping of 0.3 the
+    changes would be others by 3 %.
     """
     sample = at_rest(dense_state)
-    sample.damping = 0.0
+    sample.damping = damping
     start, end = by_deck(sample, tmp_path, 200)
     own = with_half_a_kick(sample)
     own.probe(STRAIN, 200)
-    kept = set(forces_by_pair(start)) & set(forces_by_pair(end)) & set(forces_by_pair(own.snapshot()))
-    before, theirs, ours = (
-        np.array([forces_by_pair(one)[pair] for pair in sorted(kept)]) for one in (start, end, own.snapshot())
-    )
+    all_forces = [forces_by_pair(one) for one in (start, end, own.snapshot())]
+    kept = sorted(set.intersection(*map(set, all_forces)))
     assert len(kept) > 500
-    assert np.linalg.norm(theirs - ours) < 1e-3 * np.linalg.norm(ours - before)
+    before, theirs, ours = (np.array([forces[pair] for pair in kept]) for forces in all_forces)
+    assert np.linalg.norm(theirs - ours) < tolerance * np.linalg.norm(ours - before)
 
 
 def test_a_probe_on_two_ranks(sheared_state, tmp_path, say):
     """Deck, two MPI ranks, `rendulic analyze`: the second-order work of our own probe of the same state.
 
-    The identity is exact; the work differs by what rounding and slip make of 2 000 damped steps: below 1 %.
+    The identity is exact; the work differs by what rounding and slip make of 800 damped steps: 1e-5 here, 3e-3 of larger
+    packings nearer to failure.
     """
     sample = at_rest(sheared_state)
     strain = increment_along(40.0, 5e-5)
-    rd.io.lammps.write_deck(sample, tmp_path, n_types=len(sample), n_steps=2000)
+    rd.io.lammps.write_deck(sample, tmp_path, n_types=len(sample), n_steps=800)
     told = lammps(tmp_path, ranks=2, name="two", **{f"eps{k + 1}": value for k, value in enumerate(strain)})
     assert "2 by 1 by 1 MPI processor grid" in told or "1 by 2" in told or "1 by 1 by 2" in told
-    words = ["analyze", "two.0.dump", "two.2000.dump", "--report", "report"]
+    words = ["analyze", "two.0.dump", "two.800.dump", "--report", "report"]
     done = subprocess.run([COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     found = json.loads((tmp_path / "report" / "second_order_work.json").read_text())
     before = sample.snapshot()
-    sample.probe(strain, 2000)
+    sample.probe(strain, 800)
     own = rd.second_order_work(before, sample.snapshot())
     off = found["w2_boundary"] / own.boundary - 1.0
     say(
@@ -151,8 +154,8 @@ def test_a_probe_on_two_ranks(sheared_state, tmp_path, say):
     )
     assert found["identity_residual"] < 1e-11
     assert_allclose(found["d_eps"], strain, rtol=0, atol=1e-12)
-    assert abs(off) < 0.01
-    assert found["w2_normalised"] == pytest.approx(own.normalised, abs=0.01)
+    assert abs(off) < 3e-3
+    assert found["w2_normalised"] == pytest.approx(own.normalised, abs=3e-3)
 
 
 def test_few_types_are_an_approximation(sheared_state, tmp_path, say):
@@ -165,7 +168,7 @@ def test_few_types_are_an_approximation(sheared_state, tmp_path, say):
         relaxed = np.diag(rd.io.read(tmp_path / "probe.0.dump").wall_stress)
         off[n_types] = found.stiffness_error_rms, np.abs(relaxed / np.diag(sample.stress) - 1.0).max()
     for n_types, (stiffness, stress) in off.items():
-        say(f"LAMMPS, {n_types} grain types: stiffness off by {stiffness:.1e} (rms), relaxed stress by {stress:.1e}")
+        say(f"LAMMPS, {n_types} grain types: stiffness off by {stiffness:.1%} (rms), relaxed stress by {stress:.2%}")
     assert off[16][0] < 0.3 * off[4][0]  # classes a quarter as wide
     assert off[16][1] < off[4][1] < 0.05
 
@@ -185,8 +188,7 @@ set group all diameter 0.0196
 set group all density 2600
 displace_atoms all random 2e-4 2e-4 2e-4 12345
 neighbor 0.001 bin
-pair_style granular
-pair_coeff * * hooke 1e6 0.0 damping velocity tangential linear_history 4e5 0.0 0.5
+{pair}
 {walls}
 fix move all nve/sphere
 fix damping all damping/cundall 0.3 0.3
@@ -205,6 +207,14 @@ dump_modify contacts format float %.17g
 run 500
 """
 LAW = "hooke 2e6 0.0 damping velocity tangential linear_history 8e5 0.0 0.3"
+HOOKE = "pair_style granular\npair_coeff * * hooke 1e6 0.0 damping velocity tangential linear_history 4e5 0.0 0.5"
+OTHERS = {
+    "hertz": "pair_style granular\npair_coeff * * hertz/material 1e9 0.3 0.3 tangential mindlin NULL 1.0 0.5",
+    "rolling": "pair_style granular\npair_coeff * * hooke 1e6 5.0 tangential linear_history 4e5 1.0 0.5 "
+    "rolling sds 1e3 1.0 0.1 twisting marshall",
+    "gran": "pair_style gran/hooke/history 1e6 4e5 50.0 20.0 0.5 1\npair_coeff * *",
+}
+FIXES = "f_xwalls[*] f_ywalls[*] f_bottom[*] f_top[*]"
 WALLS = f"""
 fix xwalls all wall/gran granular {LAW} xplane 0.0096 0.0872 contacts
 fix ywalls all wall/gran granular {LAW} yplane 0.0096 0.0872 contacts
@@ -225,8 +235,7 @@ def column(path, names):
 
 def test_a_run_between_walls_of_ones_own(tmp_path):
     """Frictional walls, one of them moving: forces and torques on the grains are those that LAMMPS itself applied."""
-    fixes = "f_xwalls[*] f_ywalls[*] f_bottom[*] f_top[*]"
-    deck = OWN.format(boundary="f f f", low=-0.001, high=0.1, walls=WALLS, columns=fixes)
+    deck = OWN.format(boundary="f f f", low=-0.001, high=0.1, pair=HOOKE, walls=WALLS, columns=FIXES)
     (tmp_path / "own.in").write_text(deck)
     lammps(tmp_path, "own.in")
     states = {step: rd.io.read(tmp_path / f"run.{step}.dump") for step in (2000, 2500)}
@@ -252,10 +261,23 @@ def test_a_run_between_walls_of_ones_own(tmp_path):
     assert work.boundary > 0.0
 
 
+@pytest.mark.parametrize("law", OTHERS)
+def test_other_contact_laws(law, tmp_path):
+    """Forces on the grains are those LAMMPS applied, where a run begins: within it, viscous ones are half a step older."""
+    deck = OWN.format(boundary="f f f", low=-0.001, high=0.1, pair=OTHERS[law], walls=WALLS, columns=FIXES)
+    (tmp_path / "own.in").write_text(deck)
+    lammps(tmp_path, "own.in")
+    path = tmp_path / "run.2000.dump"
+    state = rd.io.read(path)
+    assert np.abs(state.force_t[~state.is_wall]).max() > 1.0
+    expected = column(path, ("fx", "fy", "fz"))
+    assert_allclose(state.resultant[:64], expected, rtol=0, atol=1e-9 * np.abs(state.force).max())
+
+
 def test_a_periodic_run_of_ones_own(tmp_path):
     """In a periodic cell that is strained: the stress of the contacts is LAMMPS's own virial, and the identity holds."""
     walls = "fix strain all deform 1 z erate -0.05 remap x"
-    deck = OWN.format(boundary="p p p", low=0.0096, high=0.0876, walls=walls, columns="")
+    deck = OWN.format(boundary="p p p", low=0.0096, high=0.0876, pair=HOOKE, walls=walls, columns="")
     (tmp_path / "own.in").write_text(deck)
     told = lammps(tmp_path, "own.in", ranks=2)
     states = {step: rd.io.read(tmp_path / f"run.{step}.dump") for step in (2000, 2500)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,8 +12,6 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.errors import CorruptFile, InvalidInput, RendulicError
-from rendulic.io.lammps.grain_types import sorted_into_types
-from rendulic.io.lammps.history import velocities_for
 
 FACES = " ".join(f"v_wall{k}" for k in range(1, 7))
 FIXES = " ".join(f"f_{axis}walls[{k}]" for axis in "xyz" for k in range(1, 8))
@@ -93,7 +90,7 @@ def test_diameters_and_unwrapped_positions_are_read(snapshot, tmp_path):
     doubled = [line.split() for line in lines]
     for words in doubled:
         words[4] = f"{2 * float(words[4]):.17g}"
-    text = f"{heading} id xu yu zu diameter {names}\n" + "\n".join(map(" ".join, doubled))
+    text = f"{heading} id xu yu zu diameter {names}\n" + "\n".join(map(" ".join, doubled)) + "\n"
     path.write_text(text)
     found = rd.io.read(path)
     assert np.array_equal(found.position, expected.position)
@@ -147,7 +144,7 @@ def scaled(column, factor):
         words = [line.split() for line in lines]
         for row in words:
             row[column] = f"{factor * float(row[column]):.17g}"
-        return begin + heading + names + "\n" + "\n".join(map(" ".join, words))
+        return begin + heading + names + "\n" + "\n".join(map(" ".join, words)) + "\n"
 
     return change
 
@@ -159,7 +156,8 @@ def short(text):
 def fewer_digits(text):
     begin, heading, table = text.partition("ITEM: ATOMS ")
     names, *lines = table.splitlines()
-    return begin + heading + names + "\n" + "\n".join(" ".join(f"{float(w):g}" for w in line.split()) for line in lines)
+    rounded = [" ".join(f"{float(word):g}" for word in line.split()) for line in lines]
+    return begin + heading + names + "\n" + "\n".join(rounded) + "\n"
 
 
 GRAINS = [
@@ -228,15 +226,15 @@ def test_mixed_up_files_are_told(snapshot, tmp_path):
     with pytest.raises(CorruptFile, match="files of two states"):
         rd.io.lammps.read_snapshot(other, path.with_suffix(".contacts"))
     lines = path.read_text().splitlines()
-    path.write_text("\n".join([*lines[:-1], lines[-2]]))
+    path.write_text("\n".join([*lines[:-1], lines[-2], ""]))
     with pytest.raises(CorruptFile, match="column id names a grain twice"):
         rd.io.read(path)
-    path.write_bytes("ITEM: TIMESTEP\né".encode("latin-1"))
+    path.write_bytes("ITEM: TIMESTEP\né\n".encode("latin-1"))
     with pytest.raises(CorruptFile, match=r"state\.dump is no text file"):
         rd.io.read(path)
     contacts = other.with_suffix(".contacts")
     lines = contacts.read_text().splitlines()
-    contacts.write_text("\n".join([*lines[:-1], lines[-2]]))
+    contacts.write_text("\n".join([*lines[:-1], lines[-2], ""]))
     with pytest.raises(CorruptFile, match="name a pair of grains twice"):
         rd.io.read(other)
     contacts.unlink()
@@ -264,7 +262,7 @@ def test_walls_that_are_not_known(snapshot, tmp_path):
     for column, expected in ((10, "no plane across an axis"), (9, "lie in more than one plane")):
         spoilt = words.copy()
         spoilt[column] = f"{float(words[column]) + 1e-4:.17g}"
-        path.write_text("\n".join([*lines[:at], " ".join(spoilt), *lines[at + 1 :]]))
+        path.write_text("\n".join([*lines[:at], " ".join(spoilt), *lines[at + 1 :], ""]))
         with pytest.raises(CorruptFile, match=expected):
             rd.io.read(path)
 
@@ -361,6 +359,21 @@ def test_any_change_of_a_data_file_is_refused_or_harmless(few, data):
     assert told or np.isfinite(found.stress).all()
 
 
+@PLAIN
+@given(st.data())
+def test_any_file_that_is_cut_off_is_refused(few, data):
+    """Also in the middle of its last number."""
+    name = data.draw(st.sampled_from(["faces.dump", "faces.contacts", "fixes.dump", "state.data"]))
+    text = (few / name).read_text()
+    for beside in (few / name).parent.glob("faces.*"):
+        (few / f"cut{beside.suffix}").write_text(beside.read_text())
+    path = few / f"cut{(few / name).suffix}"
+    path.write_text(text[: data.draw(st.integers(0, len(text) - 1))])
+    read = rd.io.lammps.read_data if name == "state.data" else rd.io.lammps.read_snapshot
+    with pytest.raises((CorruptFile, InvalidInput), match="cut"):
+        read(path if name == "state.data" else path.with_suffix(".dump"))
+
+
 # -- data files ----------------------------------------------------------------------------------
 
 DATA = """\
@@ -424,92 +437,3 @@ def test_spoilt_data_files_are_told(tmp_path, old, new, words):
     assert "spoilt.data" in str(told.value)
     with pytest.raises(InvalidInput, match="no file"):
         rd.io.lammps.read_data(tmp_path / "none.data")
-
-
-# -- the way out ---------------------------------------------------------------------------------
-
-
-def test_a_deck_gives_the_grains_back(sheared_state, tmp_path):
-    """Positions, radii, walls and density of a deck's data file are those of the packing, to the last bit but density."""
-    sample = rd.dem.Assembly.from_state(sheared_state)
-    rd.io.lammps.write_deck(sample, tmp_path)
-    found = rd.io.lammps.read_data(tmp_path / "state.data")
-    assert np.array_equal(found.grains.position, sample.grains.position)
-    assert np.array_equal(found.grains.radius, sample.grains.radius)
-    assert np.array_equal(found.walls.position, sample.walls.position)
-    assert_allclose(found.grains.mass, sample.grains.mass, rtol=1e-14)
-    assert np.abs(found.grains.velocity).max() < 1e-9
-
-
-def test_what_no_deck_can_say_is_refused(sheared_state, tmp_path):
-    sample = rd.dem.Assembly.from_state(sheared_state)
-    with pytest.raises(InvalidInput, match="n_types must be a whole number of at least 1, got 0"):
-        rd.io.lammps.write_deck(sample, tmp_path, n_types=0)
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InvalidInput, match="cannot write"):
-        rd.io.lammps.write_deck(sample, tmp_path / "file")
-    sample.law = object()
-    with pytest.raises(InvalidInput, match="LAMMPS has the law LinearFrictional only, this packing has object"):
-        rd.io.lammps.write_deck(sample, tmp_path)
-
-
-@pytest.mark.parametrize("rule", ["mean_diameter", "harmonic"])
-def test_types_are_as_near_as_their_classes_are_narrow(snapshot, rule):
-    """No spring is farther off than two radii of a class can be apart; each pair of types carries its forces."""
-    law = rd.dem.LinearFrictional(stiffness_rule=rule)
-    ratio = snapshot.radius.max() / snapshot.radius.min()
-    between = ~snapshot.is_wall
-    first, second = snapshot.first[between], snapshot.second[between]
-    exact = law.stiffness(snapshot.radius[first], snapshot.radius[second], law.parameters)[0]
-    overlap = snapshot.radius[first] + snapshot.radius[second] - np.linalg.norm(snapshot.branch[between], axis=1)
-    errors = []
-    for n_types in (1, 3, 10, 30):
-        types = sorted_into_types(snapshot, law, n_types)
-        assert types.n_types == n_types
-        width = ratio ** (1.0 / n_types)
-        assert np.abs(types.error).max() < width - 1.0
-        springs = types.k_n[types.of_grain[first], types.of_grain[second]]
-        assert_allclose(springs / exact - 1.0, types.error, atol=1e-15)
-        assert_allclose((springs * overlap).sum(), (exact * overlap).sum(), rtol=1e-12)
-        errors.append(np.sqrt((types.error**2).mean()))
-    assert all(after < 0.7 * before for before, after in pairwise(errors))
-    assert np.abs(sorted_into_types(snapshot, law, 200).error).max() < 1e-14
-
-
-def slip_forces(snapshot, k_t, velocity, spin):
-    """What the slip of each contact in one second makes of its tangential force, contact by contact."""
-    forces = []
-    for c, stiffness in enumerate(k_t):
-        i, j, n = snapshot.first[c], snapshot.second[c], snapshot.normal[c]
-        slip = velocity[j] - velocity[i] - np.cross(snapshot.radius[i] * spin[i] + snapshot.radius[j] * spin[j], n)
-        forces.append(-stiffness * (slip - (slip @ n) * n))
-    return np.array(forces)
-
-
-def test_slips_bring_about_the_tangential_forces(snapshot):
-    k_t = np.linspace(1e6, 2e6, int((~snapshot.is_wall).sum()))
-    velocity, spin, residual = velocities_for(snapshot, k_t)
-    assert residual < 1e-9
-    assert np.abs(snapshot.force_t).max() > 10.0
-    wanted = snapshot.force_t[~snapshot.is_wall]
-    assert_allclose(slip_forces(snapshot, k_t, velocity, spin), wanted, rtol=0, atol=1e-7)
-
-
-def test_what_slips_cannot_bring_about_is_said():
-    """Six contacts a grain are too many for six unknowns a grain: the residual is what is missing, and not small."""
-    corner = np.stack(np.meshgrid(*[np.arange(6)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    position = 0.0141 * corner[corner.sum(axis=1) % 2 == 0]  # cubic, face-centred
-    apart = np.linalg.norm(position[:, None] - position[None], axis=2)
-    first, second = np.nonzero(np.triu((apart > 0.0) & (apart < 0.021)))
-    normal = (position[second] - position[first]) / apart[first, second][:, None]
-    force = np.cross(normal, np.random.default_rng(2).normal(size=normal.shape))
-    n = len(position)
-    assert 2 * len(first) > 6 * n
-    snapshot = rd.Snapshot(
-        position, np.full(n, 0.01), np.array([-0.01, 0.1] * 3), first, second, normal, np.ones(len(first)), force
-    )
-    k_t = np.ones(len(first))
-    velocity, spin, residual = velocities_for(snapshot, k_t)
-    missing = np.linalg.norm(slip_forces(snapshot, k_t, velocity, spin) - force) / np.linalg.norm(force)
-    assert residual == pytest.approx(missing, rel=1e-9)
-    assert residual > 0.1

@@ -50,10 +50,10 @@ def verdict_of(score: float) -> str:
     """What a standard score says; see `Clustering.verdict`.
 
     >>> verdict_of(-4.0), verdict_of(float("nan"))
-    ('dispersed', 'too few to tell')
+    ('dispersed', 'undetermined')
     """
     if np.isnan(score):
-        return "too few to tell"
+        return "undetermined"
     return VERDICTS[1 + (score > SURE) - (score < -SURE)]
 
 

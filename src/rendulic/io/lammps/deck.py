@@ -17,7 +17,7 @@ import numpy as np
 from rendulic.checks import whole_number
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
-from rendulic.errors import InvalidInput
+from rendulic.errors import InvalidInput, NotEquilibrated
 from rendulic.io.lammps.data import NUMBER, write_data
 from rendulic.io.lammps.grain_types import GrainTypes, sorted_into_types
 from rendulic.io.lammps.history import velocities_for
@@ -128,6 +128,8 @@ def write_deck(
     ------
     InvalidInput
         For a law that LAMMPS does not have, or a folder that cannot be written to.
+    NotEquilibrated
+        If grains move: their velocities are not handed over.
 
     Notes
     -----
@@ -137,6 +139,9 @@ def write_deck(
     """
     if not isinstance(assembly.law, LinearFrictional):
         raise InvalidInput(f"LAMMPS has the law LinearFrictional only, this packing has {type(assembly.law).__name__}")
+    rest = assembly.equilibrium()
+    if rest.kinetic_ratio > rest.kinetic_tolerance:
+        raise NotEquilibrated(f"LAMMPS starts from standstill, and this packing moves ({rest}): bring_to_rest it first")
     n_types, n_steps = whole_number("n_types", n_types, 1), whole_number("n_steps", n_steps, 1)
     folder = writable_folder(Path(folder))
     snapshot = assembly.snapshot()

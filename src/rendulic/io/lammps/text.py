@@ -36,14 +36,17 @@ def text_of(path: Path) -> str:
     Raises
     ------
     InvalidInput, CorruptFile
-        If there is none, or it is no text.
+        If there is none, or it is no text, or its last line does not end.
     """
     if not path.is_file():
         raise InvalidInput(f"no file {path}: expected one of LAMMPS")
     try:
-        return path.read_text(encoding="ascii")
+        text = path.read_text(encoding="ascii")
     except (UnicodeDecodeError, OSError) as error:
         raise CorruptFile(f"{path} is no text file of LAMMPS: {error}") from None
+    if not text.endswith("\n"):
+        raise CorruptFile(f"{path} must end with a whole line: truncated?")
+    return text
 
 
 def read_dump(path: Path, kind: str) -> Dump:
