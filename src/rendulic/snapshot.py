@@ -153,6 +153,21 @@ class Snapshot:
             image=self.image - shift[self.second] + shift[self.first],
         )
 
+    def with_axial(self, axis: int) -> Snapshot:
+        """This snapshot with another of its axes, 0, 1 or 2, as axis 1 (axial); the others follow in cyclic order."""
+        order = np.roll(np.arange(3), -axis)
+        face = self.second - self.n_grains
+        turned = self.n_grains + 2 * ((face // 2 - axis) % 3) + face % 2
+        return replace(
+            self,
+            position=self.position[:, order],
+            wall_position=self.wall_position.reshape(3, 2)[order].reshape(-1),
+            second=np.where(self.is_wall, turned, self.second),
+            normal=self.normal[:, order],
+            force_t=self.force_t[:, order],
+            image=None if self.image is None else self.image[:, order],
+        )
+
     def with_pairs_merged(self) -> Snapshot:
         """This snapshot with one contact per pair of bodies, and per image in periodic boxes.
 

@@ -113,6 +113,19 @@ def test_plain_text_of_grains_that_touch_twice(snapshot, tmp_path):
         rd.second_order_work(rd.io.read(folder), snapshot)
 
 
+@pytest.mark.parametrize("box", ["walls", "cell"])
+def test_another_axial_axis_is_the_same_state(snapshot, box):
+    """Turned axes turn stress and branches, and nothing else; three turns are none."""
+    start = snapshot if box == "walls" else periodic(snapshot)
+    for axis in range(3):
+        turned = start.with_axial(axis)
+        order = np.roll(np.arange(3), -axis)
+        assert np.allclose(np.diag(turned.wall_stress), np.diag(start.wall_stress)[order], rtol=1e-13)
+        assert np.allclose(turned.branch, start.branch[:, order], rtol=0, atol=0)
+        assert np.allclose(turned.force, start.force[:, order], rtol=1e-14)
+        same(turned.with_axial((3 - axis) % 3), start)
+
+
 def test_states_are_snapshots_too(sample, snapshot, tmp_path):
     sample.save().to_file(tmp_path / "state.h5")
     same(rd.io.read(tmp_path / "state.h5"), snapshot)
@@ -310,6 +323,22 @@ def test_analyze_a_folder_of_probes(sample, snapshot, tmp_path):
     assert refused.returncode == 2
     assert "lies outside of the folder" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
+
+
+def test_analyze_takes_friction_and_the_axial_axis(sample, snapshot, tmp_path):
+    """Strain along axis 1 is strain along axis 3 of a file that is turned; sliding contacts are told by the friction."""
+    after = sample.clone()
+    after.probe(increment_along(120.0, 1e-4), 500)
+    for name, state in (("before", snapshot), ("after", after.snapshot())):
+        rd.io.write_snapshot(replace(state, friction=None).with_axial(1), tmp_path / f"{name}.h5")
+    plain = rd.second_order_work(snapshot, after.snapshot())
+    for options, slides in (([], False), (["--friction", "0.7"], True)):
+        done = run("before.h5", "after.h5", "--axial", "z", "--report", "r", *options, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        found = json.loads((tmp_path / "r" / "second_order_work.json").read_text())
+        assert np.allclose(found["d_eps"], plain.d_eps)
+        assert (found["w2_sliding"] != 0.0) == slides
+    assert run("before.h5", "after.h5", "--axial", "w", cwd=tmp_path).returncode == 2
 
 
 def test_analyze_refuses_in_one_line(snapshot, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["analyze"]
 
 MANIFEST = "probes.csv"
+AXES = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
 
 
 def analyze(
@@ -26,6 +28,12 @@ def analyze(
     report: Annotated[
         Path | None, typer.Option("--report", "-o", help="Folder for JSON, tables and figures; none if not given.")
     ] = None,
+    friction: Annotated[
+        float | None, typer.Option(min=0.0, help="Coulomb coefficient, if the files do not say it: tells what slides.")
+    ] = None,
+    axial: Annotated[
+        str, typer.Option(help="Which axis of the files is axial: 1, 2 or 3 (of LAMMPS's dumps x, y or z).")
+    ] = "1",
 ) -> None:
     """Second-order work between two states of grains, at the walls and at the contacts, or the cone of many probes.
 
@@ -34,14 +42,23 @@ def analyze(
 
     Example: rendulic analyze before.h5 after.h5 --report report
     """
+    from dataclasses import replace
+
+    from rendulic.errors import one_of
     from rendulic.io.reading import read
     from rendulic.whole_file import writable_folder
 
-    first = read(before)
+    axis = AXES[one_of(axial, AXES, "axial axis")]
+
+    def snapshot_of(path: Path) -> Snapshot:
+        found = read(path).with_axial(axis)
+        return found if friction is None else replace(found, friction=friction)
+
+    first = snapshot_of(before)
     if after.is_dir() and (after / MANIFEST).is_file():
-        _many(first, after, report and writable_folder(report))
+        _many(first, after, snapshot_of, report and writable_folder(report))
     else:
-        _two(first, read(after), f"{before} to {after}", report and writable_folder(report))
+        _two(first, snapshot_of(after), f"{before} to {after}", report and writable_folder(report))
 
 
 def _two(before: Snapshot, after: Snapshot, title: str, report: Path | None) -> None:
@@ -83,16 +100,15 @@ def _two(before: Snapshot, after: Snapshot, title: str, report: Path | None) -> 
         typer.echo(f"written to {report}")
 
 
-def _many(before: Snapshot, folder: Path, report: Path | None) -> None:
+def _many(before: Snapshot, folder: Path, snapshot_of: Callable[[Path], Snapshot], report: Path | None) -> None:
     from rendulic import figures
-    from rendulic.io.reading import read
     from rendulic.io.tables import write_csv, write_dataset
     from rendulic.probing.cone import cone_of
     from rendulic.probing.of_snapshots import probes_of_snapshots
 
     files, null = _manifest(folder)
-    after_null = None if null is None else read(folder / null)
-    probes = probes_of_snapshots(before, (read(folder / name) for name in files), after_null, anatomy=True)
+    after_null = None if null is None else snapshot_of(folder / null)
+    probes = probes_of_snapshots(before, (snapshot_of(folder / name) for name in files), after_null, anatomy=True)
     rows: dict[str, tuple[Any, str, str]] = {
         "probes": (probes.sizes["alpha"], "", "directions of strain"),
         "norm": (float(probes.norm), "", "of the strain increments"),
