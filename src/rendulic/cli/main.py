@@ -9,6 +9,7 @@ import typer
 from rendulic import __version__
 from rendulic.cli.analyze import analyze
 from rendulic.cli.element import element
+from rendulic.cli.export import export
 from rendulic.cli.info import info
 from rendulic.cli.probe import probe
 from rendulic.cli.reproduce import reproduce
@@ -23,6 +24,7 @@ app = typer.Typer(
 app.command()(reproduce)
 app.command()(element)
 app.command()(analyze)
+app.command()(export)
 app.command()(info)
 app.command()(probe)
 

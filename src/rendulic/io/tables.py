@@ -1,4 +1,4 @@
-"""Labelled results as NetCDF files."""
+"""Labelled results as NetCDF and CSV files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rendulic.whole_file import whole_file
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["read_dataset", "write_csv", "write_dataset"]
+__all__ = ["read_dataset", "write_csv", "write_dataset", "write_tables"]
 
 
 def write_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
@@ -33,6 +33,24 @@ def write_csv(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
     with whole_file(path) as temporary:
         frame.to_csv(temporary)
     return Path(path)
+
+
+def write_tables(dataset: xr.Dataset, path: str | os.PathLike) -> list[Path]:
+    """Write all variables as CSV, those along different dimensions into files of their own; return the paths.
+
+    `path` has the variables along the dimensions of the first one; the others are beside it, with their dimensions added to
+    the name: `curve.csv`, `curve_event.csv`, `curve_record_plane.csv`; single values are in `curve_values.csv`.
+    """
+    path, plain = Path(path), dataset.reset_coords()
+    groups: dict[tuple, list] = {}
+    for name, variable in plain.data_vars.items():
+        groups.setdefault(variable.dims, []).append(name)
+    written = []
+    for dims, names in groups.items():
+        table = plain[names] if dims else plain[names].expand_dims("value")
+        added = "" if dims == next(iter(groups)) else "_" + "_".join(map(str, dims or ("values",)))
+        written.append(write_csv(table, path.with_name(f"{path.stem}{added}{path.suffix}")))
+    return written
 
 
 def read_dataset(path: str | os.PathLike) -> xr.Dataset:
