@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 
 __all__ = ["read_dataset", "write_csv", "write_dataset", "write_tables"]
 
+DEFLATED = 1032  # bytes that one byte of a compressed file can stand for at most
+# what the libraries below raise on bytes that are no NetCDF
+UNREADABLE = (OSError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RuntimeError, MemoryError)
+
 
 def write_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
     """Write a dataset as NetCDF 4, whole or not at all, and return the path."""
@@ -63,11 +67,19 @@ def read_dataset(path: str | os.PathLike) -> xr.Dataset:
     CorruptFile
         If it is truncated or not NetCDF.
     """
+    import h5py
     import xarray as xr
 
-    if not Path(path).is_file():
+    path = Path(path)
+    if not path.is_file():
         raise InvalidInput(f"no table at {path}: check the path")
     try:
+        sizes: list[int] = []
+        with h5py.File(path, "r") as file:
+            file.visititems(lambda _name, item: sizes.append(getattr(item, "nbytes", 0)))
+        if sum(sizes) > DEFLATED * path.stat().st_size:
+            raise ValueError(f"it says to hold {sum(sizes)} bytes, which cannot be in its {path.stat().st_size}")
         return xr.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError, KeyError) as error:
-        raise CorruptFile(f"{path} is not a readable NetCDF file (truncated or foreign): {error}") from None
+    except UNREADABLE as error:
+        reason = " ".join(str(error).split())
+        raise CorruptFile(f"{path} is not a readable NetCDF file (truncated or foreign): {reason}") from None
