@@ -143,7 +143,9 @@ def _scales(
     needed = ["eps_1", "q"] if undrained else ["eps_1", "q", "eps_v"]
     missing = [name for name in needed if name not in columns]
     if missing:
-        raise InvalidInput(f"{path}: an {'undrained' if undrained else 'drained'} test needs a column for {missing[0]}")
+        raise InvalidInput(
+            f"{path}: {'an undrained' if undrained else 'a drained'} test needs a column for {missing[0]}"
+        )
     if undrained and "eps_v" in given:
         raise InvalidInput(f"{path}: an undrained test has no volumetric strain: leave eps_v out, or say 'drained'")
     ways = {name for name in ("p", "cell_pressure", "pore_pressure") if name in given}
