@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import sys
 
 import h5py
@@ -244,6 +245,53 @@ def test_the_command_names_what_it_wrote(folder, tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.split() == [
         str(tmp_path / "pv" / f"{n}.vtkhdf") for n in ("grains", "contacts", "walls")
     ]
+
+
+def write_yade(snapshot, path):
+    """A snapshot as a user of Yade saves one: axes y, x, z, walls first in the list of ids, forces on the second body."""
+    n, axes, walls = snapshot.n_grains, [1, 0, 2], np.array([2, 3, 0, 1, 4, 5])
+    bodies = np.concatenate((np.arange(n) + 6, walls))
+    along = [
+        (snapshot.force_n[:, None] * snapshot.normal)[:, axes],
+        snapshot.force_t[:, axes],
+        snapshot.normal[:, axes],
+    ]
+    pairs = np.stack((bodies[snapshot.first], bodies[snapshot.second]), axis=1)
+    wall_position = np.zeros((6, 3))
+    wall_position[walls, walls // 2] = snapshot.wall_position
+    still = np.zeros((n, 3))
+    np.savez(
+        path, pos=snapshot.position[:, axes], rad=snapshot.radius, mass=np.ones(n), vel=still, angvel=still,
+        ids=np.arange(n) + 6, wallids=np.arange(6), wallpos=wall_position,
+        contacts=np.hstack((pairs, np.ones((len(pairs), 2)), *along)),
+    )  # fmt: skip
+
+
+def test_from_yade_to_paraview(instants, tmp_path, monkeypatch, capsys):
+    """Two states of Yade, analysed and exported: the grains that vtk opens carry all of the second-order work."""
+    vtk_hdf = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: `pip install vtk`")
+    from rendulic.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    for name, snapshot in zip(("before", "after"), instants, strict=True):
+        write_yade(snapshot, f"{name}.npz")
+    for arguments in (
+        "analyze before.npz after.npz --report report",
+        "export after.npz --before before.npz --to vtkhdf -o paraview",
+    ):
+        monkeypatch.setattr(sys, "argv", ["rendulic", *arguments.split()])
+        with pytest.raises(SystemExit) as left:
+            main.run()
+        assert not left.value.code
+        assert capsys.readouterr().err == ""
+    work = json.loads((tmp_path / "report" / "second_order_work.json").read_text())
+    reader = vtk_hdf.vtkHDFReader()
+    reader.SetFileName("paraview/grains.vtkhdf")
+    reader.Update()
+    found = reader.GetOutput().GetPointData().GetArray("w2")
+    total = sum(found.GetValue(k) for k in range(found.GetNumberOfTuples()))
+    assert total == pytest.approx(work["w2_boundary"] * instants[0].volume, rel=1e-9)
+    assert total == pytest.approx(rd.second_order_work(*instants).boundary * instants[0].volume, rel=1e-9)
 
 
 def test_a_refusal_leaves_no_folder_behind(instants, other, tmp_path):
