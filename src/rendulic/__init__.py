@@ -69,6 +69,7 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "probes_of_snapshots": ("rendulic.probing.of_snapshots", "probes_of_snapshots"),
     "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
     "states_along": ("rendulic.probing.bifurcation", "states_along"),
+    "w2_along": ("rendulic.probing.path_work", "w2_along"),
 }
 
 __all__ = [*_PUBLIC, "__version__"]
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from rendulic.probing.cone import Cone, cone_of, instability_cone
     from rendulic.probing.ensemble import cone_ensemble
     from rendulic.probing.of_snapshots import probes_of_snapshots
+    from rendulic.probing.path_work import w2_along
     from rendulic.probing.probe import probe
     from rendulic.probing.second_order_work import second_order_work
     from rendulic.snapshot import Snapshot

@@ -105,7 +105,7 @@ def test_wrong_usage_is_told(run, arguments):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("command", ["element", "reproduce", "info", "probe"])
+@pytest.mark.parametrize("command", ["element", "reproduce", "info", "probe", "export", "lab"])
 def test_help_has_an_example(run, command):
     """Every command says what it does and shows a line to copy."""
     done = run(command, "--help")

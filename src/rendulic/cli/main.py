@@ -9,7 +9,9 @@ import typer
 from rendulic import __version__
 from rendulic.cli.analyze import analyze
 from rendulic.cli.element import element
+from rendulic.cli.export import export
 from rendulic.cli.info import info
+from rendulic.cli.lab import lab
 from rendulic.cli.probe import probe
 from rendulic.cli.reproduce import reproduce
 from rendulic.errors import RendulicError
@@ -23,6 +25,8 @@ app = typer.Typer(
 app.command()(reproduce)
 app.command()(element)
 app.command()(analyze)
+app.command()(lab)
+app.command()(export)
 app.command()(info)
 app.command()(probe)
 

@@ -7,6 +7,7 @@ from rendulic.figures.circular import circular_diagram, circular_diagrams, circu
 from rendulic.figures.cones import amplitude, cones
 from rendulic.figures.contact_planes import plane_paths, plane_stiffness, plane_work
 from rendulic.figures.element import element_tests
+from rendulic.figures.lab import path_work
 from rendulic.figures.macro_micro import macro_micro
 from rendulic.figures.stereogram import stereogram
 from rendulic.figures.stress_probes import stress_on_strain
@@ -28,6 +29,7 @@ __all__ = [
     "element_tests",
     "equation_1",
     "macro_micro",
+    "path_work",
     "plane_paths",
     "plane_stiffness",
     "plane_work",

@@ -26,6 +26,8 @@ QUANTITIES = {
     "eps_1": STRAIN, "eps_v": STRAIN, "q": STRESS, "p": STRESS, "pore_pressure": STRESS, "cell_pressure": STRESS,
 }  # fmt: skip
 MEASURES = ("engineering", "logarithmic")
+LARGEST = 100_000_000  # bytes of a file that are read
+SHOWN = 300  # letters of a file that an error repeats
 
 
 def read_triaxial(
@@ -116,6 +118,12 @@ def read_triaxial(
         eps_1, eps_v = -np.log1p(-eps_1), -np.log1p(-eps_v)
     q = values["q"]
     lateral = values["p"] - q / 3.0 if "p" in values else values["cell_pressure"] - values["pore_pressure"]
+    start = float(np.ravel(lateral + q / 3.0)[0])
+    if start <= 0.0:
+        raise InvalidInput(
+            f"{path}, line {lines[0]}: the effective mean stress must be positive at the first reading, got {start:g} Pa; "
+            "are columns or units mixed up?"
+        )
     columns_of = stress_columns(_diagonal(lateral + q, lateral), _diagonal(eps_1, 0.5 * (eps_v - eps_1)))
     name = f"{drainage} triaxial {'extension' if extension else 'compression'}"
     return labelled_curve(name, columns_of, source=path.name, strain=f"logarithmic, of {strain} strains in the file")
@@ -135,7 +143,9 @@ def _scales(
     needed = ["eps_1", "q"] if undrained else ["eps_1", "q", "eps_v"]
     missing = [name for name in needed if name not in columns]
     if missing:
-        raise InvalidInput(f"{path}: an {'undrained' if undrained else 'drained'} test needs a column for {missing[0]}")
+        raise InvalidInput(
+            f"{path}: {'an undrained' if undrained else 'a drained'} test needs a column for {missing[0]}"
+        )
     if undrained and "eps_v" in given:
         raise InvalidInput(f"{path}: an undrained test has no volumetric strain: leave eps_v out, or say 'drained'")
     ways = {name for name in ("p", "cell_pressure", "pore_pressure") if name in given}
@@ -172,11 +182,13 @@ def _read(
     first_line = heading_line + 1 if first_line is None else whole_number("first_line", first_line, heading_line + 1)
     if not path.is_file():
         raise InvalidInput(f"no test at {path}: check the path")
+    if path.stat().st_size > LARGEST:
+        raise InvalidInput(f"{path} has {path.stat().st_size} bytes; a test of more than {LARGEST} is not read")
     try:
         with path.open(encoding=encoding, newline="") as file:
             reader = csv.reader(file, delimiter=delimiter)
             rows = [(reader.line_num, [field.strip() for field in row]) for row in reader]
-    except (UnicodeDecodeError, LookupError, csv.Error) as error:
+    except (OSError, ValueError, TypeError, LookupError, csv.Error) as error:
         raise InvalidInput(f"{path} is not a CSV file in the encoding '{encoding}': {error}; try 'latin-1'") from None
     headings = next((row for line, row in rows if line == heading_line), [])
     if not any(headings):
@@ -188,7 +200,7 @@ def _read(
             raise InvalidInput(
                 f"{path} has {'no' if heading not in headings else 'more than one'} column '{heading}' for {name}"
                 f"{f'; did you mean {near!r}?' if near and near != heading else ''}: the headings in line {heading_line}, "
-                f"parted by '{delimiter}', are {', '.join(map(repr, headings))}"
+                f"parted by {delimiter!r}, are {', '.join(map(repr, headings))[:SHOWN]}"
             )
         places[name] = headings.index(heading)
     readings = [(line, row) for line, row in rows if line >= first_line and any(row)]
@@ -211,10 +223,12 @@ def _number(path: Path, line: int, heading: str, entry: list[str], decimal: str)
     text = entry[0] if entry else ""
     other = "," if decimal == "." else "."
     try:
-        number = float("no number" if other in text else text.replace(decimal, "."))
+        number = float("no number" if other in text or "_" in text else text.replace(decimal, "."))
     except ValueError:
         number = float("nan")
     if not isfinite(number):
         hint = f"; a decimal {'comma' if other == ',' else 'point'} needs decimal='{other}'" if other in text else ""
-        raise InvalidInput(f"{path}, line {line}, column '{heading}': expected a finite number, got '{text}'{hint}")
+        raise InvalidInput(
+            f"{path}, line {line}, column '{heading}': expected a finite number, got {text[:SHOWN]!r}{hint}"
+        )
     return number

@@ -64,4 +64,8 @@ def _of_state(path: Path) -> Snapshot:
     from rendulic.dem.assembly import Assembly
     from rendulic.state import State
 
-    return Assembly.from_state(State.from_file(path)).snapshot()
+    state = State.from_file(path)
+    try:
+        return Assembly.from_state(state).snapshot()
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None

@@ -1,4 +1,4 @@
-"""Labelled results as NetCDF files."""
+"""Labelled results as NetCDF and CSV files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from rendulic.whole_file import whole_file
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["read_dataset", "write_csv", "write_dataset"]
+__all__ = ["read_dataset", "write_csv", "write_dataset", "write_tables"]
+
+DEFLATED = 1032  # bytes that one byte of a compressed file can stand for at most
+# what the libraries below raise on bytes that are no NetCDF
+UNREADABLE = (OSError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RuntimeError, MemoryError)
 
 
 def write_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
@@ -35,6 +39,24 @@ def write_csv(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
     return Path(path)
 
 
+def write_tables(dataset: xr.Dataset, path: str | os.PathLike) -> list[Path]:
+    """Write all variables as CSV, those along different dimensions into files of their own; return the paths.
+
+    `path` has the variables along the dimensions of the first one; the others are beside it, with their dimensions added to
+    the name: `curve.csv`, `curve_event.csv`, `curve_record_plane.csv`; single values are in `curve_values.csv`.
+    """
+    path, plain = Path(path), dataset.reset_coords()
+    groups: dict[tuple, list] = {}
+    for name, variable in plain.data_vars.items():
+        groups.setdefault(variable.dims, []).append(name)
+    written = []
+    for dims, names in groups.items():
+        table = plain[names] if dims else plain[names].expand_dims("value")
+        added = "" if dims == next(iter(groups)) else "_" + "_".join(map(str, dims or ("values",)))
+        written.append(write_csv(table, path.with_name(f"{path.stem}{added}{path.suffix}")))
+    return written
+
+
 def read_dataset(path: str | os.PathLike) -> xr.Dataset:
     """Read a NetCDF file into memory.
 
@@ -45,11 +67,19 @@ def read_dataset(path: str | os.PathLike) -> xr.Dataset:
     CorruptFile
         If it is truncated or not NetCDF.
     """
+    import h5py
     import xarray as xr
 
-    if not Path(path).is_file():
+    path = Path(path)
+    if not path.is_file():
         raise InvalidInput(f"no table at {path}: check the path")
     try:
+        sizes: list[int] = []
+        with h5py.File(path, "r") as file:
+            file.visititems(lambda _name, item: sizes.append(getattr(item, "nbytes", 0)))
+        if sum(sizes) > DEFLATED * path.stat().st_size:
+            raise ValueError(f"it says to hold {sum(sizes)} bytes, which cannot be in its {path.stat().st_size}")
         return xr.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError, KeyError) as error:
-        raise CorruptFile(f"{path} is not a readable NetCDF file (truncated or foreign): {error}") from None
+    except UNREADABLE as error:
+        reason = " ".join(str(error).split())
+        raise CorruptFile(f"{path} is not a readable NetCDF file (truncated or foreign): {reason}") from None

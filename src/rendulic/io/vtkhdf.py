@@ -1,6 +1,6 @@
 """Grains, contacts and walls of a snapshot as VTKHDF files, which ParaView opens.
 
-Every file is one `PolyData` of VTKHDF 2.0. Its field data `variables` has a line for each variable, with unit and
+Every file is one `PolyData` of VTKHDF 2.0, for ParaView 5.12 and later. Its field data `variables` has a line for each variable, with unit and
 meaning; the datasets carry the same as attributes `units` and `long_name`. Lengths are in m, forces in N, stresses in
 Pa, second-order work in J; compression is positive; x, y, z are the axes 1, 2, 3.
 """
@@ -18,18 +18,46 @@ import numpy as np
 from rendulic.checks import finite_array
 from rendulic.errors import InvalidInput
 from rendulic.micro.contact_work import CLASSES
+from rendulic.probing.anatomy import anatomy as anatomy_of_pair
 from rendulic.snapshot import Snapshot
-from rendulic.whole_file import whole_file
+from rendulic.whole_file import whole_file, writable_folder
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["write_contacts", "write_grains", "write_walls"]
+__all__ = ["write_contacts", "write_grains", "write_vtkhdf", "write_walls"]
 
 VERSION = (2, 0)
 SUFFIXES = (".vtkhdf", ".hdf")  # by which ParaView knows its reader
 KINDS = ("Vertices", "Lines", "Polygons", "Strips")
 Columns = Mapping[str, tuple[np.ndarray, str, str]]  # values, unit, meaning
+
+
+def write_vtkhdf(snapshot: Snapshot, folder: str | os.PathLike, before: Snapshot | None = None) -> list[Path]:
+    """Write `grains.vtkhdf`, `contacts.vtkhdf` and `walls.vtkhdf` into a folder; return their paths.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        Any engine's.
+    folder : path
+        Made if it is not there.
+    before : Snapshot, optional
+        The same grains earlier: adds displacement and second-order work of grains, and second-order work and class of
+        contacts, also of those that have opened since.
+
+    Raises
+    ------
+    InvalidInput
+        If `before` is of other grains, or a file cannot be written.
+    """
+    folder = writable_folder(folder)
+    anatomy = None if before is None else anatomy_of_pair(before, snapshot)
+    return [
+        write_grains(snapshot, folder / "grains.vtkhdf", anatomy=anatomy, before=before),
+        write_contacts(snapshot, folder / "contacts.vtkhdf", anatomy=anatomy),
+        write_walls(snapshot, folder / "walls.vtkhdf"),
+    ]
 
 
 def write_grains(

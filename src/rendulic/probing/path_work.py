@@ -29,7 +29,8 @@ def w2_along(curve: xr.Dataset, window: float | None = None) -> xr.Dataset:
        within half a window on either side (the filter of Savitzky and Golay, for records at any distance).
     2. `w2 = sum_i (d sigma_i / ds) (d eps_i / ds)` from their slopes. Times the square of a small axial strain it is
        the second-order work of that increment.
-    3. `w2_error`, one standard deviation, follows from the scatter about the parabolas.
+    3. `w2_error`, one standard deviation, follows from the scatter about the parabolas, taken as independent from record
+       to record.
     4. Instability is possible from where `w2` first turns negative and stays so for a window, on which it is somewhere
        below `-3 w2_error`. Undrained, that is the peak of q.
 

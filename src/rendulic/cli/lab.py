@@ -1,0 +1,36 @@
+"""`rendulic lab`: second-order work along a triaxial test from a laboratory."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["lab"]
+
+
+def lab(
+    test: Annotated[Path, typer.Argument(help="A TOML file that names the CSV file, its columns and units.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for tables and the figure.")] = Path("lab"),
+    init: Annotated[bool, typer.Option("--init", help="Write a commented file to begin with, and stop.")] = False,
+) -> None:
+    """Second-order work along a measured triaxial test, and where instability becomes possible.
+
+    Example: rendulic lab test.toml --init && rendulic lab test.toml -o lab
+    """
+    from rendulic.cli.element import write_example
+    from rendulic.study.lab import example, run_lab_test
+
+    if init:
+        write_example(test, example())
+        return
+    result = run_lab_test(test, output)
+    found = result.along
+    typer.echo(f"{test}: {found.attrs['verdict']}")
+    if found.instability_q.notnull():
+        typer.echo(
+            f"  q = {float(found.instability_q) / 1e3:.2f} kPa, p' = {float(found.instability_p) / 1e3:.2f} kPa, "
+            f"eta = {float(found.instability_eta):.3f}"
+        )
+    typer.echo(f"{len(result.files)} files written to {output}")

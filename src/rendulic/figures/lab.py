@@ -1,0 +1,78 @@
+"""A measured test: stress-strain, stress path, and second-order work along it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+
+from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+__all__ = ["path_work"]
+
+
+def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figure:
+    """q against eps_1, q against p', normalised W2 along the path, and eps_v where it changes.
+
+    Parameters
+    ----------
+    measured : xarray.Dataset
+        From `rd.io.read_triaxial`.
+    along : xarray.Dataset
+        From `rd.w2_along` of it.
+    title : str
+        Above all.
+
+    Notes
+    -----
+    Grey dots are readings, lines what was fitted. A dot with a bar of one window marks where W2 turns negative; the band
+    about W2 is two standard deviations of noise.
+    """
+    drained = float(np.abs(measured.eps_v).max()) > 1e-9
+    figure = new_figure(7.2, 5.2) if drained else new_figure(9.6, 3.2)
+    with mpl.rc_context(RC):
+        panels = list(figure.subplots(*((2, 2) if drained else (1, 3))).flat)
+        strain, half = 100 * along.eps_1, 50 * float(along.attrs["window"])
+        at = {name: float(along[f"instability_{name}"]) for name in ("eps_1", "p", "q")}
+        shown = [("eps_1", 100, "q", 1e-3), ("p", 1e-3, "q", 1e-3), ("eps_1", 100, "eps_v", 100)]
+        places = [panels[0], panels[1], *panels[3:]]
+        for axes, (x, x_scale, y, y_scale) in zip(places, shown, strict=False):
+            readings = axes.plot(x_scale * measured[x], y_scale * measured[y], ".", ms=3, color=FAINT)[0]
+            fit = axes.plot(x_scale * along[x], y_scale * along[y], color=COLOURS[0])[0]
+            readings.set_label("readings")
+            fit.set_label("fitted")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = 2.0 * along.w2_error * np.abs(along.w2_normalised / along.w2)
+        band = along.w2_normalised - error, along.w2_normalised + error
+        panels[2].fill_between(strain, *band, color=COLOURS[0], alpha=0.25, lw=0)
+        panels[2].plot(strain, along.w2_normalised, color=COLOURS[0])
+        panels[2].axhline(0.0, color=NEGATIVE, lw=0.8, ls="--")
+        panels[2].set_ylim(-1.05, 1.05)
+        if np.isfinite(at["eps_1"]):
+            for axes, abscissa, ordinate, bar in (
+                (panels[0], 100 * at["eps_1"], 1e-3 * at["q"], half),
+                (panels[1], 1e-3 * at["p"], 1e-3 * at["q"], None),
+                (panels[2], 100 * at["eps_1"], 0.0, half),
+            ):
+                axes.errorbar(
+                    abscissa, ordinate, xerr=bar, fmt="o", ms=5, color=NEGATIVE, mec=INK, mew=0.6, capsize=2, zorder=5,
+                    label=r"$W_2$ turns negative",
+                )  # fmt: skip
+        panels[0].legend(loc="best")
+        labels = (
+            (r"axial strain $\varepsilon_1$  [%]", r"$q$  [kPa]"),
+            (r"mean stress $p'$  [kPa]", r"$q$  [kPa]"),
+            (r"axial strain $\varepsilon_1$  [%]", r"$W_{2n}$ along the path"),
+            (r"axial strain $\varepsilon_1$  [%]", r"$\varepsilon_v$  [%] (contraction positive)"),
+        )
+        for axes, (x_label, y_label) in zip(panels, labels, strict=False):
+            axes.set(xlabel=x_label, ylabel=y_label)
+            axes.grid(visible=True)
+        panels[1].set_xlim(left=0.0)
+        figure.suptitle(title, x=0.02, ha="left")
+    return figure
