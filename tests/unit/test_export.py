@@ -298,3 +298,18 @@ def test_a_refusal_leaves_no_folder_behind(instants, other, tmp_path):
     with pytest.raises(InvalidInput, match="the same grains"):
         rd.io.write_vtkhdf(instants[1], tmp_path / "new", other)
     assert not (tmp_path / "new").exists()
+
+
+def test_a_deck_for_lammps_needs_a_packing_that_steps_on(sheared_state, folder, instants, tmp_path):
+    """A state becomes a deck; a snapshot, which has no law, is refused, and so is a state before."""
+    sheared_state.to_file(tmp_path / "state.h5")
+    written = export(tmp_path / "state.h5", tmp_path / "deck", "lammps")
+    assert [path.name for path in written] == ["state.data", "continue.in"]
+    again = export(written[0], tmp_path / "again", "lammps")
+    assert_allclose(
+        rd.io.lammps.read_data(again[0]).grains.position, rd.io.lammps.read_data(written[0]).grains.position
+    )
+    with pytest.raises(InvalidInput, match="is no packing that steps on: expected a state of rendulic"):
+        export(folder / "after.h5", tmp_path / "deck", "lammps")
+    with pytest.raises(InvalidInput, match="starts from one state"):
+        export(tmp_path / "state.h5", tmp_path / "deck", "lammps", instants[0])

@@ -15,14 +15,15 @@ def export(
         Path, typer.Argument(help="A state of grains of any engine, a table (.nc), or a folder of results.")
     ],
     to: Annotated[
-        str | None, typer.Option(help="vtkhdf, csv or netcdf; by default vtkhdf for grains, csv for tables.")
+        str | None, typer.Option(help="vtkhdf, csv, netcdf or lammps; by default vtkhdf for grains, csv for tables.")
     ] = None,
     before: Annotated[
         Path | None, typer.Option(help="The state before: adds displacement and second-order work.")
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the files.")] = Path("exported"),
 ) -> None:
-    """Write grains for ParaView (VTKHDF: grains, contacts, walls) or as plain text, and tables as CSV.
+    """Write grains for ParaView (VTKHDF: grains, contacts, walls), as plain text, or as a deck for
+    LAMMPS, and tables as CSV.
 
     Example: rendulic export after.h5 --before before.h5 --to vtkhdf -o paraview
     """

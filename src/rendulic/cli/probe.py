@@ -13,7 +13,7 @@ __all__ = ["probe"]
 
 
 def probe(
-    state: Annotated[Path, typer.Argument(help="A state file (.h5).")],
+    state: Annotated[Path, typer.Argument(help="A state file (.h5), or grains of Yade (.npz).")],
     norm: Annotated[list[float] | None, typer.Option(help="Norm of the strain increment; repeat for a sweep.")] = None,
     step: Annotated[float, typer.Option(help="Angle between directions in degrees.")] = 10.0,
     n_steps: Annotated[int, typer.Option(min=1, help="Time steps up to the smallest norm.")] = 5000,

@@ -13,7 +13,7 @@ __all__ = ["read_specimen"]
 
 
 def read_specimen(path: Path) -> Assembly | MaterialPoint:
-    """The grains or the material point that a state file holds.
+    """The grains or the material point that a state file holds; grains of Yade (.npz) and LAMMPS (.data), too.
 
     Raises
     ------
@@ -24,7 +24,10 @@ def read_specimen(path: Path) -> Assembly | MaterialPoint:
     """
     from rendulic.chang_hicher.point import KIND, MaterialPoint
     from rendulic.dem.assembly import Assembly
+    from rendulic.io.reading import read_assembly
     from rendulic.state import State
 
+    if path.suffix in (".npz", ".data"):
+        return read_assembly(path)
     state = State.from_file(path)
     return MaterialPoint.from_state(state) if state.kind == KIND else Assembly.from_state(state)

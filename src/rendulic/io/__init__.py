@@ -11,6 +11,7 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "yade": "rendulic.io.yade",
     "read": ("rendulic.io.reading", "read"),
     "read_about": ("rendulic.io.snapshot", "read_about"),
+    "read_assembly": ("rendulic.io.reading", "read_assembly"),
     "read_dataset": ("rendulic.io.tables", "read_dataset"),
     "read_plain_text": ("rendulic.io.plain_text", "read_plain_text"),
     "read_snapshot": ("rendulic.io.snapshot", "read_snapshot"),
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from rendulic.io import lammps, yade
     from rendulic.io.lab import read_triaxial
     from rendulic.io.plain_text import read_plain_text, write_plain_text
-    from rendulic.io.reading import read
+    from rendulic.io.reading import read, read_assembly
     from rendulic.io.snapshot import read_about, read_snapshot, write_snapshot
     from rendulic.io.tables import read_dataset, write_csv, write_dataset
     from rendulic.io.vtkhdf import write_vtkhdf

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rendulic.errors import InvalidInput, RendulicError, one_of
+from rendulic.io.lammps import write_deck
 from rendulic.io.plain_text import write_plain_text
-from rendulic.io.reading import read
+from rendulic.io.reading import read, read_assembly
 from rendulic.io.tables import read_dataset, write_dataset, write_tables
 from rendulic.io.vtkhdf import write_vtkhdf
 from rendulic.probing.anatomy import anatomy
@@ -18,27 +19,36 @@ from rendulic.whole_file import writable_folder
 __all__ = ["FORMATS", "export", "export_all"]
 
 
-def _vtkhdf(snapshot: Snapshot, before: Snapshot | None, folder: Path) -> list[Path]:
-    return write_vtkhdf(snapshot, folder, before)
+def _vtkhdf(source: Path, before: Snapshot | None, folder: Path) -> list[Path]:
+    return write_vtkhdf(read(source), writable_folder(folder), before)
 
 
-def _csv(snapshot: Snapshot, before: Snapshot | None, folder: Path) -> list[Path]:
-    written = [] if before is None else write_tables(anatomy(before, snapshot), folder / "anatomy.csv")
+def _csv(source: Path, before: Snapshot | None, folder: Path) -> list[Path]:
+    snapshot = read(source)
+    written = [] if before is None else write_tables(anatomy(before, snapshot), writable_folder(folder) / "anatomy.csv")
     write_plain_text(snapshot, folder)
     return [*(folder / name for name in ("box.toml", "grains.csv", "contacts.csv")), *written]
 
 
-def _netcdf(snapshot: Snapshot, before: Snapshot | None, folder: Path) -> list[Path]:
+def _netcdf(source: Path, before: Snapshot | None, folder: Path) -> list[Path]:
     if before is None:
         raise InvalidInput("NetCDF holds the second-order work between two states: give the state before, too")
-    return [write_dataset(anatomy(before, snapshot), folder / "anatomy.nc")]
+    return [write_dataset(anatomy(before, read(source)), writable_folder(folder) / "anatomy.nc")]
+
+
+def _lammps(source: Path, before: Snapshot | None, folder: Path) -> list[Path]:
+    if before is not None:
+        raise InvalidInput("a deck for LAMMPS starts from one state: leave the state before out")
+    write_deck(read_assembly(source), folder)
+    return [folder / "state.data", folder / "continue.in"]
 
 
 # how grains are written in each format; the first is the usual one
-OF_GRAINS: dict[str, Callable[[Snapshot, Snapshot | None, Path], list[Path]]] = {
+OF_GRAINS: dict[str, Callable[[Path, Snapshot | None, Path], list[Path]]] = {
     "vtkhdf": _vtkhdf,
     "csv": _csv,
     "netcdf": _netcdf,
+    "lammps": _lammps,
 }
 FORMATS = tuple(OF_GRAINS)
 
@@ -57,9 +67,10 @@ def export(
         Whatever `rd.io.read` reads, or a table of curves or probes (`.nc`).
     folder : path
         Made if it is not there; the names in it are those of the format.
-    to : {"vtkhdf", "csv", "netcdf"}, optional
-        Grains: for ParaView (`write_vtkhdf`), as plain text (`write_plain_text`), or their anatomy (`rd.anatomy`) as
-        NetCDF. A table: "csv". By default the first of these.
+    to : {"vtkhdf", "csv", "netcdf", "lammps"}, optional
+        Grains: for ParaView (`write_vtkhdf`), as plain text (`write_plain_text`), their anatomy (`rd.anatomy`) as
+        NetCDF, or, of a state that steps on, a deck for LAMMPS (`rd.io.lammps.write_deck`). A table: "csv". By default the
+        first of these.
     before : Snapshot, optional
         The same grains earlier: what is written then has second-order work, too.
 
@@ -74,7 +85,7 @@ def export(
     if to is not None:
         one_of(to, FORMATS, "format")
     if not _is_table(source):
-        return OF_GRAINS[to or FORMATS[0]](read(source), before, writable_folder(folder))
+        return OF_GRAINS[to or FORMATS[0]](source, before, folder)
     if to not in (None, "csv"):
         raise InvalidInput(f"{source} is a table, which goes to csv, not to {to}; {to} is for grains")
     if before is not None:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rendulic.errors import CorruptFile, InvalidInput
 from rendulic.snapshot import Snapshot
 
-__all__ = ["read"]
+if TYPE_CHECKING:
+    from rendulic.dem.assembly import Assembly
+
+__all__ = ["read", "read_assembly"]
 
 KINDS = (
     "a snapshot or state of rendulic (.h5), a Yade state (.npz), a dump of LAMMPS with its contacts beside it, or a folder "
@@ -48,6 +52,31 @@ def read(path: str | os.PathLike) -> Snapshot:
     if begin.startswith(b"ITEM: "):
         return lammps.read_snapshot(path)
     raise CorruptFile(f"{path} is of no known kind: expected {KINDS}")
+
+
+def read_assembly(path: str | os.PathLike) -> Assembly:
+    """Read a packing that steps on: a state of an assembly (HDF5), one of Yade (`.npz`), or LAMMPS's data file.
+
+    Raises
+    ------
+    InvalidInput, CorruptFile
+        If it is none of these, or a snapshot for analysis only.
+    """
+    from rendulic.dem.assembly import Assembly
+    from rendulic.io import lammps, yade
+    from rendulic.state import State
+
+    path = Path(path)
+    if path.is_file() and path.suffix == ".npz":
+        return yade.read(path)
+    if path.is_file() and path.suffix == ".data":
+        return lammps.read_data(path)
+    if path.is_file() and path.suffix == ".h5" and _format(path) == "rendulic state":
+        return Assembly.from_state(State.from_file(path))
+    raise InvalidInput(
+        f"{path} is no packing that steps on: expected a state of rendulic (.h5), a Yade state (.npz) or a data file of "
+        "LAMMPS (.data)"
+    )
 
 
 def _format(path: Path) -> object:
