@@ -134,15 +134,48 @@ def test_noise_moves_the_point_less_than_is_claimed(undrained, tmp_path):
     assert float((scatter / said).mean()) == pytest.approx(1.0, abs=0.1)
 
 
+def test_few_and_scattered_readings_get_a_wider_window():
+    """A drained test of 200 readings over 12 %, scattered by 2 % of q: half of that window would find no such peak."""
+    eps_1 = np.linspace(0.0, 0.12, 200)
+    q = 2.4e7 * eps_1 / (1.0 + (eps_1 / 0.03) ** 2)  # its peak, 360 kPa, is at 0.03
+    missed = 0
+    for seed in range(30):
+        noisy = q + np.random.default_rng(seed).normal(0.0, 7e3, len(q))
+        curve = curve_of(eps_1, -0.4 * eps_1, 2e5 + noisy, 2e5)
+        found = rd.w2_along(curve)
+        assert found.attrs["window"] == pytest.approx(0.02)
+        assert abs(float(found.instability_eps_1) - 0.03) < float(found.instability_within) < 0.02
+        narrow = rd.w2_along(curve, 0.005)
+        missed += not abs(float(narrow.instability_eps_1) - 0.03) < 0.0025
+    assert missed > 15
+
+
+def test_a_flat_peak_in_noise_is_said_to_be_unsure():
+    """With a window that is too narrow the point is off by more than half of it, and `instability_within` says so."""
+    s = np.linspace(0.0, 0.1, 400)
+    q = 2e5 * (1.0 - (s / 0.05 - 1.0) ** 2)
+    off, within = np.transpose(
+        [
+            (abs(float(found.instability_eps_1) - 0.05), float(found.instability_within))
+            for seed in range(100)
+            for found in [rd.w2_along(curve_of(s, -s / 2, 1e5 + q + np.random.default_rng(seed).normal(0, 2e3, 400), 1e5), 0.005)]
+        ]
+    )  # fmt: skip
+    known = np.isfinite(off)
+    assert (off[known] > 0.0025).mean() > 0.2
+    assert (off[known] < within[known]).all()
+
+
 @pytest.mark.parametrize("goes_on", ["rising", "level"])
 def test_noise_makes_no_instability(goes_on):
     """Scatter that makes q fall between many readings is never called unstable, not even where q goes on level."""
+    window = None if goes_on == "rising" else 0.005  # which alone would be too narrow: the errors must tell
     eps_1 = np.linspace(0.0, 0.06, 400)
     q = 2e5 * np.tanh(eps_1 / 0.01) if goes_on == "level" else 3e5 * eps_1 / (eps_1 + 0.01)
     for seed in range(100):
         noisy = q + np.random.default_rng(seed).normal(0.0, 1e3, len(q))
         assert (np.diff(noisy) < 0.0).sum() > 50
-        assert np.isnan(rd.w2_along(curve_of(eps_1, -0.5 * eps_1, 2e5 + noisy, 2e5)).instability_eps_1)
+        assert np.isnan(rd.w2_along(curve_of(eps_1, -0.5 * eps_1, 2e5 + noisy, 2e5), window).instability_eps_1)
 
 
 STRAIN = np.linspace(0.0, 0.05, 101)

@@ -30,14 +30,14 @@ def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figur
 
     Notes
     -----
-    Grey dots are readings, lines what was fitted. A dot with a bar of one window marks where W2 turns negative; the band
+    Grey dots are readings, lines what was fitted. A dot marks where W2 turns negative, its bar how sure that is; the band
     about W2 is two standard deviations of noise.
     """
     drained = float(np.abs(measured.eps_v).max()) > 1e-9
     figure = new_figure(7.2, 5.2) if drained else new_figure(9.6, 3.2)
     with mpl.rc_context(RC):
         panels = list(figure.subplots(*((2, 2) if drained else (1, 3))).flat)
-        strain, half = 100 * along.eps_1, 50 * float(along.attrs["window"])
+        strain, within = 100 * along.eps_1, 100 * float(along.instability_within)
         at = {name: float(along[f"instability_{name}"]) for name in ("eps_1", "p", "q")}
         shown = [("eps_1", 100, "q", 1e-3), ("p", 1e-3, "q", 1e-3), ("eps_1", 100, "eps_v", 100)]
         places = [panels[0], panels[1], *panels[3:]]
@@ -55,9 +55,9 @@ def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figur
         panels[2].set_ylim(-1.05, 1.05)
         if np.isfinite(at["eps_1"]):
             for axes, abscissa, ordinate, bar in (
-                (panels[0], 100 * at["eps_1"], 1e-3 * at["q"], half),
+                (panels[0], 100 * at["eps_1"], 1e-3 * at["q"], within),
                 (panels[1], 1e-3 * at["p"], 1e-3 * at["q"], None),
-                (panels[2], 100 * at["eps_1"], 0.0, half),
+                (panels[2], 100 * at["eps_1"], 0.0, within),
             ):
                 axes.errorbar(
                     abscissa, ordinate, xerr=bar, fmt="o", ms=5, color=NEGATIVE, mec=INK, mew=0.6, capsize=2, zorder=5,

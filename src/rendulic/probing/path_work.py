@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["w2_along"]
 
-WINDOW = 0.005  # of axial strain
+WINDOW = 0.005  # of axial strain, the narrowest by default
+LONGEST = 0.25  # share of the curve, for a window by default
+PRECISE = 0.1  # of the usual W2: its error at which a window is wide enough
 FEWEST = 7  # axial strains in a window: a parabola, and what tells how well it fits
 CERTAIN = 3.0  # standard deviations by which W2 is negative
 AT = ("eps_1", "p", "q", "eta")
@@ -32,24 +34,26 @@ def w2_along(curve: xr.Dataset, window: float | None = None) -> xr.Dataset:
     3. `w2_error`, one standard deviation, follows from the scatter about the parabolas, taken as independent from record
        to record.
     4. Instability is possible from where `w2` first turns negative and stays so for a window, on which it is somewhere
-       below `-3 w2_error`. Undrained, that is the peak of q.
+       below `-3 w2_error`. Undrained, that is the peak of q. It is known to half a window, or to where `w2` was last above
+       `3 w2_error` and is first below `-3 w2_error`, if that is wider.
 
     Parameters
     ----------
     curve : xarray.Dataset
         With `sigma_1`, `sigma_3` in Pa and `eps_1`, `eps_3` along `record`, and `sigma_2`, `eps_2` unless equal to those
-        of axis 3: from `load` of any specimen, or `rd.io.lab.read_triaxial`. The axial strain goes one way; it may pause.
+        of axis 3: from `load` of any specimen, or `rd.io.read_triaxial`. The axial strain goes one way; it may pause.
     window : float, optional
-        Axial strain of a window. By default 0.005, or more where seven different strains need more. Wider windows
-        divide noise by about `window^1.5`, and flatten what bends within them: take the narrowest whose `w2_error` is
-        small beside `w2`.
+        Axial strain of a window. By default the narrowest of 0.005 (or more, where seven different strains need more),
+        0.01, 0.02, ..., a quarter of the curve, whose `w2_error` is below a tenth of `w2` (medians of both). Wider
+        windows divide noise by about `window^1.5`, and flatten what bends within them.
 
     Returns
     -------
     xarray.Dataset
         Of the records about which a whole window fits: stresses and strains as fitted, `w2` and `w2_error` in Pa,
         `w2_normalised`. `instability_eps_1`, `instability_p`, `instability_q`, `instability_eta`: interpolated at the
-        change of sign (at the first record if `w2` is negative from there), known to half a window; NaN if there is none.
+        change of sign (at the first record if `w2` is negative from there), and `instability_within`, how far off in axial
+        strain it may be; NaN if there is none.
         Attributes `window` and `verdict`.
 
     Raises
@@ -78,30 +82,26 @@ def w2_along(curve: xr.Dataset, window: float | None = None) -> xr.Dataset:
     if not (steps.any() and ((steps >= 0.0).all() or (steps <= 0.0).all())):
         raise InvalidInput("the axial strain of the curve must go one way: give the legs of a test one by one")
     s = np.abs(eps[:, 0] - eps[0, 0])
-    window = _window(s, window)
-    half = 0.5 * window
-    middle = np.flatnonzero((s >= half) & (s <= s[-1] - half))
-    low, high = np.searchsorted(s, s[middle] - half, "left"), np.searchsorted(s, s[middle] + half, "right")
-    fits = [
-        _fit((s[a:b] - s[k]) / half, np.hstack((sigma, eps))[a:b]) for k, a, b in zip(middle, low, high, strict=True)
-    ]
-    value, slope, error = (np.array(part) for part in zip(*fits, strict=True))
-    d_sigma, d_eps = slope[:, :3] / half, slope[:, 3:] / half
-    w2 = (d_sigma * d_eps).sum(axis=1)
+    for width in _windows(s, window):
+        middle, value, d_sigma, d_eps, error = _smoothed(s, np.hstack((sigma, eps)), width)
+        w2 = (d_sigma * d_eps).sum(axis=1)
+        if np.median(error) <= PRECISE * np.median(np.abs(w2)):
+            break
     fitted = stress_columns(value[:, :3, None] * np.eye(3), value[:, 3:, None] * np.eye(3))
-    at, verdict = _instability(s[middle], w2, error / half**2, window)
+    at, within, verdict = _instability(s[middle], w2, error, width)
     point = {name: at @ fitted[name] if at.any() else np.nan for name in AT}
     if at.any():
-        verdict += f" at eps_1 = {point['eps_1']:.4g} +- {half:.2g}"
+        verdict += f" at eps_1 = {point['eps_1']:.4g} +- {within:.2g}"
     along = {
         "w2": (w2, "second-order work per squared axial strain", "Pa"),
-        "w2_error": (error / half**2, "its standard deviation", "Pa"),
+        "w2_error": (error, "its standard deviation", "Pa"),
         "w2_normalised": (normalised(d_sigma, d_eps), "normalised second-order work", "1"),
     }
-    found = labelled_curve(curve.attrs.get("path", "path"), fitted, window=window, verdict=verdict)
+    found = labelled_curve(curve.attrs.get("path", "path"), fitted, window=width, verdict=verdict)
     return found.assign(
         {name: ("record", values, {"long_name": label, "units": unit}) for name, (values, label, unit) in along.items()}
         | {f"instability_{name}": ((), point[name], _labels(name)) for name in AT}
+        | {"instability_within": ((), within, {"long_name": "uncertainty of its axial strain", "units": "1"})}
     )
 
 
@@ -120,23 +120,34 @@ def _axes(curve: xr.Dataset, name: str) -> np.ndarray:
     return np.stack([finite_array(f"{column} of the curve", curve[column], (None,)) for column in columns], axis=1)
 
 
-def _window(s: np.ndarray, window: float | None) -> float:
-    """The window asked for, or the default, if it holds enough records and fits into the curve twice."""
+def _windows(s: np.ndarray, window: float | None) -> list[float]:
+    """The window asked for, or those to try, the narrowest first: with enough records and two of them in the curve."""
     strains = np.unique(s)
     reach = FEWEST // 2
     narrowest = 2.000001 * float((strains[reach:] - strains[:-reach]).max()) if len(strains) > reach else np.inf
-    window = max(WINDOW, narrowest) if window is None else positive_number("window", window)
-    if window < narrowest and narrowest <= 0.5 * s[-1]:
+    first = max(WINDOW, narrowest) if window is None else positive_number("window", window)
+    if first < narrowest and narrowest <= 0.5 * s[-1]:
         raise InvalidInput(
-            f"a window must hold {FEWEST} different axial strains everywhere: one of {window:g} does not; give at least "
+            f"a window must hold {FEWEST} different axial strains everywhere: one of {first:g} does not; give at least "
             f"{1.001 * narrowest:.4g}"
         )
-    if max(window, narrowest) > 0.5 * s[-1]:
+    if max(first, narrowest) > 0.5 * s[-1]:
         raise InvalidInput(
             f"the curve must be two windows long: its {len(strains)} different axial strains go over {s[-1]:.3g}, a window "
-            f"needs {max(window, narrowest):.3g}"
+            f"needs {max(first, narrowest):.3g}"
         )
-    return window
+    wider = [] if window is not None else [first * 2**k for k in range(1, 30) if first * 2**k <= LONGEST * s[-1]]
+    return [first, *wider]
+
+
+def _smoothed(s: np.ndarray, y: np.ndarray, window: float) -> tuple[np.ndarray, ...]:
+    """Records about which a window fits; their values, slopes of stress and strain, and the error of the product."""
+    half = 0.5 * window
+    middle = np.flatnonzero((s >= half) & (s <= s[-1] - half))
+    low, high = np.searchsorted(s, s[middle] - half, "left"), np.searchsorted(s, s[middle] + half, "right")
+    fits = [_fit((s[a:b] - s[k]) / half, y[a:b]) for k, a, b in zip(middle, low, high, strict=True)]
+    value, slope, error = (np.array(part) for part in zip(*fits, strict=True))
+    return middle, value, slope[:, :3] / half, slope[:, 3:] / half, error / half**2
 
 
 def _fit(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
@@ -150,8 +161,8 @@ def _fit(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     return coefficients[0], slope, float(np.sqrt(variance))
 
 
-def _instability(s: np.ndarray, w2: np.ndarray, error: np.ndarray, window: float) -> tuple[np.ndarray, str]:
-    """Weights of the records at the first lasting change of sign, all zero if there is none, and what is said of it."""
+def _instability(s: np.ndarray, w2: np.ndarray, error: np.ndarray, window: float) -> tuple[np.ndarray, float, str]:
+    """Weights of the records at the first lasting change of sign (all zero: none), how sure it is, what is said of it."""
     weights = np.zeros(len(w2))
     last = s[-1] - window * (1.0 - 1e-9)
     for k in np.flatnonzero((w2 < 0.0) & (np.concatenate(([0.0], w2[:-1])) >= 0.0) & (s <= last)):
@@ -159,5 +170,9 @@ def _instability(s: np.ndarray, w2: np.ndarray, error: np.ndarray, window: float
         if (w2[on] < 0.0).all() and (w2[on] < -CERTAIN * error[on]).any():
             share = w2[k - 1] / (w2[k - 1] - w2[k]) if k else 1.0
             weights[k - 1 : k + 1] = (1.0 - share, share) if k else (1.0,)
-            return weights, "W2 turns negative" if k else "W2 is negative from the first window on,"
-    return weights, "W2 does not turn negative for a whole window and beyond its error"
+            positive = np.flatnonzero(w2[:k] > CERTAIN * error[:k])
+            since = s[positive[-1]] if len(positive) else s[0]
+            until = s[k + int(np.argmax(w2[k:] < -CERTAIN * error[k:]))]
+            within = max(0.5 * window, float(weights @ s - since), float(until - weights @ s))
+            return weights, within, "W2 turns negative" if k else "W2 is negative from the first window on,"
+    return weights, float("nan"), "W2 does not turn negative for a whole window and beyond its error"
