@@ -10,6 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from rendulic.cli.init import write_new
 from rendulic.cli.progress import stages
 
 if TYPE_CHECKING:
@@ -28,16 +29,10 @@ def element(
 
     Example: rendulic element tests.toml --init && rendulic element tests.toml -o elements
     """
-    from rendulic.errors import InvalidInput
     from rendulic.study.element import example, read_element_study, run_element_study
 
     if init:
-        if study.exists():
-            raise InvalidInput(f"{study} exists already: choose another name for the new file")
-        if not study.parent.is_dir():
-            raise InvalidInput(f"there is no folder {study.parent} to write {study.name} to: make it first")
-        study.write_text(example(), encoding="utf-8")
-        typer.echo(f"written: {study}")
+        write_new(study, example())
         return
     read = read_element_study(study)
     with stages(quiet) as stage:

@@ -10,8 +10,10 @@ from rendulic import __version__
 from rendulic.cli.analyze import analyze
 from rendulic.cli.element import element
 from rendulic.cli.info import info
+from rendulic.cli.init import init
 from rendulic.cli.probe import probe
 from rendulic.cli.reproduce import reproduce
+from rendulic.cli.run import run as run_command
 from rendulic.errors import RendulicError
 
 app = typer.Typer(
@@ -21,6 +23,8 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 app.command()(reproduce)
+app.command()(init)
+app.command(name="run")(run_command)
 app.command()(element)
 app.command()(analyze)
 app.command()(info)

@@ -27,7 +27,10 @@ from rendulic.whole_file import writable_folder
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ElementStudy", "ElementTest", "Leg", "example", "read_element_study", "run_element_study"]
+__all__ = [
+    "ElementStudy", "ElementTest", "ElementTests", "Leg", "check_states", "draw_curve", "example", "follow_test",
+    "read_element_study", "run_element_study", "write_curve",
+]  # fmt: skip
 
 PATHS: dict[str, Callable[..., paths.Path]] = {
     "drained": paths.drained_triaxial,
@@ -37,6 +40,7 @@ PATHS: dict[str, Callable[..., paths.Path]] = {
     "isotropic": paths.isotropic,
     "proportional": paths.proportional,
 }
+MOST = 100_000  # tests of one study
 # what each kind of leg understands, and the argument of its path
 ARGUMENTS: dict[str, dict[str, str]] = {
     "drained": {
@@ -117,12 +121,12 @@ class Model(Section):
         return name
 
 
-class ElementStudy(Section):
-    """A material and the tests on it."""
+class ElementTests(Section):
+    """A material and any number of tests on it."""
 
     material: Parameters = Parameters()
     model: Model = Model()
-    test: tuple[ElementTest, ...] = Field(min_length=1, description="[[test]] tables")
+    test: tuple[ElementTest, ...] = Field((), max_length=MOST, description="[[test]] tables")
 
     @field_validator("material", mode="before")
     @classmethod
@@ -133,7 +137,7 @@ class ElementStudy(Section):
         return table
 
     @model_validator(mode="after")
-    def _planes_do_not_snap(self) -> ElementStudy:
+    def _planes_do_not_snap(self) -> ElementTests:
         check_denominator(self.material, self.model.formulation, self.material.tan_phi_mu)
         return self
 
@@ -144,6 +148,12 @@ class ElementStudy(Section):
         if len(set(names)) < len(names):
             raise ValueError(f"every test needs a name of its own, got {', '.join(names)}")
         return tests
+
+
+class ElementStudy(ElementTests):
+    """A material and the tests on it."""
+
+    test: tuple[ElementTest, ...] = Field(min_length=1, max_length=MOST, description="[[test]] tables")
 
 
 def _rule(name: str) -> SphereRule:
@@ -211,35 +221,49 @@ def run_element_study(
         If a state is not admissible or the folder cannot be written; the test is named.
     """
     folder = writable_folder(Path(folder))
-    model = ChangHicher(
-        rule=_rule(study.model.sphere_rule), formulation=study.model.formulation, **study.material.model_dump()
-    )
-    points = [_point(model, test) for test in study.test]
-    results = []
-    for test, point in zip(study.test, points, strict=True):
-        curve = _run(test, point, study.model.tolerance, stage(test.name))
-        files = [write_dataset(curve, folder / f"{test.name}.nc")]
-        for suffix, table in _tables(curve).items():
-            files.append(write_csv(table, folder / f"{test.name}{suffix}.csv"))
-        files += figures.save(figures.element_tests({test.name: curve}), folder, test.name)
-        files += figures.save(figures.plane_paths(curve, test.name), folder, f"{test.name}_plane_paths")
-        files += figures.save(figures.plane_work(curve, test.name), folder, f"{test.name}_plane_work")
-        results.append(ElementResult(test.name, curve, files))
-    if len(results) > 1:
-        together = figures.element_tests({result.name: result.curve for result in results})
-        figures.save(together, folder, "all_tests")
-    return results
+    check_states(study)
+    curves = {test.name: follow_test(study, test, stage(test.name)) for test in study.test}
+    files = {
+        name: [*write_curve(curve, folder, name), *draw_curve(curve, folder, name)] for name, curve in curves.items()
+    }
+    if len(curves) > 1:
+        figures.save(figures.element_tests(curves), folder, "all_tests")
+    return [ElementResult(name, curve, files[name]) for name, curve in curves.items()]
 
 
-def _point(model: ChangHicher, test: ElementTest) -> MaterialPoint:
+def write_curve(curve: xr.Dataset, folder: Path, name: str) -> list[Path]:
+    """The curve of a test as NetCDF, its records, events and planes as CSV."""
+    tables = [write_csv(table, folder / f"{name}{suffix}.csv") for suffix, table in _tables(curve).items()]
+    return [write_dataset(curve, folder / f"{name}.nc"), *tables]
+
+
+def draw_curve(curve: xr.Dataset, folder: Path, name: str) -> list[Path]:
+    """The figures of one test."""
+    return [
+        *figures.save(figures.element_tests({name: curve}), folder, name),
+        *figures.save(figures.plane_paths(curve, name), folder, f"{name}_plane_paths"),
+        *figures.save(figures.plane_work(curve, name), folder, f"{name}_plane_work"),
+    ]
+
+
+def check_states(study: ElementTests) -> None:
+    """Raise `InvalidInput`, which names the test, if the material admits no such virgin state."""
+    for test in study.test:
+        _point(study, test)
+
+
+def _point(study: ElementTests, test: ElementTest) -> MaterialPoint:
+    how = study.model
+    model = ChangHicher(rule=_rule(how.sphere_rule), formulation=how.formulation, **study.material.model_dump())
     try:
         return model.at(test.pressure_pa, test.void_ratio)
     except InvalidInput as error:
         raise InvalidInput(f"test '{test.name}': {error}") from None
 
 
-def _run(test: ElementTest, point: MaterialPoint, tolerance: float, progress: Progress) -> xr.Dataset:
-    """All legs of a test as one curve."""
+def follow_test(study: ElementTests, test: ElementTest, progress: Progress = silent) -> xr.Dataset:
+    """All legs of a test as one curve, with the coordinate `leg`."""
+    point, tolerance = _point(study, test), study.model.tolerance
     legs: list[xr.Dataset] = []
     for k, leg in enumerate((test, *test.then)):
         try:
