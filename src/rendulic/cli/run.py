@@ -37,7 +37,7 @@ def run(
     What the folder holds already is not done again, so an interrupted run goes on where it stopped. Exit code 3: something
     failed, the rest is done.
 
-    Example: rendulic init first.toml && rendulic run first.toml -o first
+    Example: rendulic run study.toml -o results
     """
     from rendulic.study.campaign import run_study
     from rendulic.study.study_file import read_study

@@ -7,7 +7,7 @@ from itertools import pairwise
 from math import pi
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from rendulic.dem.growth import check_pressure
 from rendulic.dem.laws import LinearFrictional
@@ -25,6 +25,7 @@ SOLID = 0.6  # solid fraction, about
 FIGURES = ("fig1", "fig2", "fig3", "fig4", "cones", "map", "bursts", "anatomy", "elements")
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=40)]
+StressRatio = Annotated[float, Field(strict=True)]
 Seed = Annotated[Whole, Field(ge=0, lt=2**63)]
 
 
@@ -55,10 +56,10 @@ def _divides_the_circle(step: float) -> float:
     return step
 
 
-Names = Annotated[tuple[Name, ...], AfterValidator(_different), Field(max_length=MOST)]
-Seeds = Annotated[tuple[Seed, ...], AfterValidator(_different), Field(max_length=MOST)]
-StressRatios = Annotated[tuple[float, ...], AfterValidator(_increasing), Field(max_length=300)]
-Norms = Annotated[tuple[Positive, ...], AfterValidator(_increasing_norms), Field(max_length=100)]
+Names = Annotated[tuple[Name, ...], Field(max_length=MOST), AfterValidator(_different)]
+Seeds = Annotated[tuple[Seed, ...], Field(max_length=MOST), AfterValidator(_different)]
+StressRatios = Annotated[tuple[StressRatio, ...], Field(max_length=300), AfterValidator(_increasing)]
+Norms = Annotated[tuple[Positive, ...], Field(max_length=100), AfterValidator(_increasing_norms)]
 Step = Annotated[Positive, Field(ge=0.1), AfterValidator(_divides_the_circle)]
 Friction = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False, strict=True)]
 Damping = Annotated[float, Field(ge=0, lt=1, strict=True)]
@@ -151,7 +152,7 @@ class Packing(Section):
     """Packings of one recipe, one for each seed, sheared through their states."""
 
     name: Name = Field(description="names the folders of its results")
-    seeds: Annotated[Seeds, Field(min_length=1)] = Field((1,), description="of radii and places; a packing for each")
+    seeds: Seeds = Field((1,), description="of radii and places; a packing for each")
     eta: StressRatios = Field((), description="stress ratios q/p of the states brought to rest, increasing")
     axial_strain: Positive = Field(0.1, le=1, description="where loading ends or is given up")
     to_the_end: bool = Field(False, strict=True, description="whether it goes on to axial_strain after the last state")
@@ -159,6 +160,13 @@ class Packing(Section):
     pressure_pa: Positive | None = Field(None, description="Pa")
     growth_friction: Friction | None = Field(None, description="friction during growth")
     porosity: Porosity | None = Field(None, description="target, if denser than growth gives")
+
+    @field_validator("seeds")
+    @classmethod
+    def _has_a_seed(cls, seeds: tuple[int, ...]) -> tuple[int, ...]:
+        if not seeds:
+            raise ValueError("there must be at least one seed")
+        return seeds
 
     def recipe(self, shared: Recipe) -> Recipe:
         """The specimen's recipe with this packing's own values."""

@@ -64,12 +64,16 @@ class Leg(Section):
 
     path: Literal["drained", "undrained", "constant_p", "oedometric", "isotropic", "proportional"]
     axial_strain: Positive | None = Field(None, description="axial strain travelled at most; 0.2 if not given")
-    until_eta: float | None = Field(None, allow_inf_nan=False, description="stress ratio q/p at which it ends")
+    until_eta: float | None = Field(
+        None, strict=True, allow_inf_nan=False, description="stress ratio q/p at which it ends"
+    )
     until_peak: bool = Field(False, description="end when q has fallen by 5 % from its peak")
     extension: bool = Field(False, description="axial extension instead of compression; also unloading")
     lateral_stress_pa: Positive | None = Field(None, description="drained: brought there first")
     pressure_pa: Positive | None = Field(None, description="isotropic: the pressure to reach")
-    ratio: float | None = Field(None, description="proportional: R of d_eps_1 + 2 R d_eps_3 = 0")
+    ratio: float | None = Field(
+        None, strict=True, allow_inf_nan=False, description="proportional: R of d_eps_1 + 2 R d_eps_3 = 0"
+    )
 
     @model_validator(mode="after")
     def _only_what_the_path_knows(self) -> Leg:
