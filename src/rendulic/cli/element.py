@@ -14,7 +14,7 @@ from rendulic.cli.init import write_new
 from rendulic.cli.progress import stages
 
 if TYPE_CHECKING:
-    from rendulic.study.element import ElementResult
+    from rendulic.study.element_results import ElementResult
 
 __all__ = ["element"]
 
@@ -29,7 +29,8 @@ def element(
 
     Example: rendulic element tests.toml --init && rendulic element tests.toml -o elements
     """
-    from rendulic.study.element import example, read_element_study, run_element_study
+    from rendulic.study.element import example, read_element_study
+    from rendulic.study.element_results import run_element_study
 
     if init:
         write_new(study, example())

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from rendulic.cli.progress import campaign, stages
-from rendulic.cli.run import say_how_it_went, workers_of
+from rendulic.cli.run import in_order, say_how_it_went, workers_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,7 @@ def reproduce(
         with stages(quiet) as stage:
             _list(model.reproduce_model(output, of_model, stage=stage))
     if of_grains:
-        with campaign(quiet) as watch:
+        with in_order(), campaign(quiet) as watch:
             report = run_study(study, output, figures=of_grains, executor=workers_of(None, workers), watch=watch)
         if set(report.figures) & set(FIRST):
             _show_states(report.results, bool({"fig3", "fig4"} & set(report.figures)))

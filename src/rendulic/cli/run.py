@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,9 +15,10 @@ from rendulic.cli.progress import campaign
 if TYPE_CHECKING:
     from rendulic.study.campaign import Report
 
-__all__ = ["run", "say_how_it_went", "workers_of"]
+__all__ = ["in_order", "run", "say_how_it_went", "workers_of"]
 
-FAILED = 3  # exit code: some units failed, all others are done
+# exit codes: some units failed and all others are done; stopped by the user
+FAILED, STOPPED = 3, 130
 
 
 def run(
@@ -44,11 +48,30 @@ def run(
 
     read = read_study(study)
     folder = output or Path(study.stem)
-    with campaign(quiet) as watch:
+    with in_order(), campaign(quiet) as watch:
         report = run_study(
             read, folder, executor=workers_of(scheduler, workers), retry=retry, repair=repair, watch=watch
         )
     say_how_it_went(report, folder)
+
+
+@contextmanager
+def in_order() -> Iterator[None]:
+    """Let Ctrl-C, or a request to end, stop the run with one sentence and code 130."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.secho(
+            "rendulic: stopped; all that was finished is kept, the same command goes on from there", fg="red", err=True
+        )
+        raise typer.Exit(STOPPED) from None
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def workers_of(scheduler: str | None, workers: int | None):

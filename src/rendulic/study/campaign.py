@@ -105,7 +105,7 @@ def run_study(
             store.remove(key)
         outcome = run_units(units, store, executor(store.folder), retry=retry, watch=watch)
         results = Results(plan, store)
-        products = write_products(results, outcome.done)
+        products = write_products(results, outcome.done) if study.figures.tables else []
         can = [name for name in study.figures.draw if all(unit.key in outcome.done for unit in needed_by(plan, name))]
         drawn = draw(results, can, store.folder)
     left = [name for name in study.figures.draw if name not in can]

@@ -267,10 +267,13 @@ class BurstSet(Section):
 
 
 class Figures(Section):
-    """What is drawn when all that it needs is there."""
+    """What is drawn when all that it needs is there, and written under names that people know."""
 
     draw: tuple[str, ...] = Field((), max_length=len(FIGURES), description="some of " + ", ".join(FIGURES))
     diagram_norm: Positive | None = Field(None, description="size of the probes in Figs. 3 and 4; the smallest")
+    tables: bool = Field(
+        True, strict=True, description="whether to write states and tables of all units as files of their own"
+    )
 
     @model_validator(mode="after")
     def _figures_exist(self) -> Figures:

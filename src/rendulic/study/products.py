@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rendulic.io.tables import write_dataset
 from rendulic.study.config import ProbeSet
-from rendulic.study.element import write_curve
+from rendulic.study.element_results import write_curve
 from rendulic.study.plan import Place
 from rendulic.study.results import Results
 from rendulic.study.unit import Unit
