@@ -39,6 +39,7 @@ ONLY_IN = {
     "pydantic": {"validation.py", "study", "io/plain_text.py", "chang_hicher/parameters.py"},
     "h5py": {"state.py", "io", "study/unit_file.py"},
     "numba": {"dem/kernels", "chang_hicher/kernels"},
+    "distributed": {"study/cluster.py"},
     "scipy": {"tensors/sphere_rules.py", "micro/clustering.py"},
 }
 
