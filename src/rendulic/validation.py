@@ -9,9 +9,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from rendulic.errors import InvalidInput, nearest
 
-__all__ = ["Positive", "Section", "validated"]
+__all__ = ["Positive", "Section", "Whole", "validated"]
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+# strict: text is no number, and true is not 1
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+Whole = Annotated[int, Field(strict=True)]
 
 
 class Section(BaseModel):

@@ -37,8 +37,9 @@ ONLY_IN = {
     "typer": {"cli"},
     "rich": {"cli"},
     "pydantic": {"validation.py", "study", "io/plain_text.py", "chang_hicher/parameters.py"},
-    "h5py": {"state.py", "io"},
+    "h5py": {"state.py", "io", "study/unit_file.py"},
     "numba": {"dem/kernels", "chang_hicher/kernels"},
+    "distributed": {"study/cluster.py"},
     "scipy": {"tensors/sphere_rules.py", "micro/clustering.py", "io/lammps/history.py"},
 }
 

@@ -59,7 +59,7 @@ def folder(tmp_path_factory, packed_state):
     ("arguments", "words"),
     [
         (["info", "none.h5"], "no state file at none.h5"),
-        (["info", "."], "no state file at"),
+        (["info", "."], ". is not the folder of a study: it has no study.json"),
         (["info", "spoilt.h5"], "truncated"),
         (["info", "taken"], "not a readable rendulic state"),
         (["probe", "none.h5"], "no state file at none.h5"),
@@ -78,7 +78,7 @@ def folder(tmp_path_factory, packed_state):
         (["element", "nowhere/new.toml", "--init"], "there is no folder nowhere"),
         (["element", "typo.toml"], "material.k_pr: there is no such entry; did you mean 'k_pR'?"),
         (["reproduce", "--preset", "quik"], "unknown preset 'quik': did you mean 'quick'"),
-        (["reproduce", "--seed", "-3"], "specimen.seed"),
+        (["reproduce", "--seed", "-3"], "seed -3: packing.0.seeds.0: Input should be greater than or equal to 0"),
         (["reproduce", "fig1", "-o", "taken"], "cannot write to taken"),
     ],
 )
@@ -105,7 +105,7 @@ def test_wrong_usage_is_told(run, arguments):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("command", ["element", "reproduce", "info", "probe", "export", "lab"])
+@pytest.mark.parametrize("command", ["element", "reproduce", "info", "probe", "export", "lab", "run", "init"])
 def test_help_has_an_example(run, command):
     """Every command says what it does and shows a line to copy."""
     done = run(command, "--help")
@@ -117,7 +117,7 @@ def test_help_has_an_example(run, command):
 def test_help_and_version(run):
     """The program lists its commands and knows its version."""
     listed = run("--help").stdout
-    for command in ("reproduce", "info", "probe"):
+    for command in ("reproduce", "run", "init", "info", "probe"):
         assert command in listed
     assert run("--version").stdout.strip() == f"rendulic {rd.__version__}"
 

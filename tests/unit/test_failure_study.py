@@ -7,29 +7,41 @@ import pandas as pd
 import pytest
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
 from rendulic.io.tables import read_dataset
 from rendulic.probing.burst import VERDICTS
-from rendulic.study.config import GrainStudy
-from rendulic.study.failure import around_and_within
+from rendulic.study.campaign import run_study
+from rendulic.study.config import Study
+from rendulic.study.draw import needed_by
 from rendulic.study.failure_tables import burst_text
-from rendulic.study.reproduce_failure import FIGURES, reproduce_failure
+from rendulic.study.plan import plan_of
+from rendulic.study.sands import around_and_within
 
+FIGURES = ("cones", "map", "bursts", "anatomy")
 TINY = {
-    "specimen": {"n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3, "seed": 2},
-    "loading": {"inertial_number": 2e-4, "eta": (0.1, 0.2), "axial_strain": 0.01},
-    "probes": {"step_deg": 60, "norms": (5e-5, 1e-4), "diagram_norm": 1e-4, "n_steps": 50},
-    "failure": {
-        "n_seeds": 1, "loose_eta": (0.1, 0.2), "dense_eta": (0.2,), "norm": 1e-4, "norms": (2e-5, 5e-5), "step_deg": 45, "tolerance_deg": 10,
-        "sphere_directions": 20, "burst_step_deg": 120,
-    },
+    "specimen": {"n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3},
+    "loading": {"inertial_number": 2e-4},
+    "packing": [
+        {"name": "loose", "seeds": [2], "eta": (0.1, 0.2), "axial_strain": 0.15},
+        {"name": "dense", "seeds": [2], "eta": (0.2,), "axial_strain": 0.15, "growth_friction": 0.0},
+    ],
+    "probes": [
+        {"name": "sphere", "packings": ["loose"], "eta": (0.2,), "sphere_directions": 20, "norms": [1e-4], "n_steps": 100},
+        {"name": "anatomy", "packings": ["loose"], "step_deg": 45.0, "norms": [1e-4], "n_steps": 100, "anatomy": True},
+    ],
+    "cones": [
+        {"name": "cones", "norm": 1e-4, "norms": (2e-5, 5e-5, 1e-4), "n_steps": 20, "step_deg": 45.0, "tolerance_deg": 10.0},
+        {"name": "stress", "eta": (0.2,), "answering": "cones", "norm": 1e-4, "n_steps": 100, "step_deg": 45.0,
+         "tolerance_deg": 10.0},
+    ],
+    "bursts": [{"name": "bursts", "cones": "cones", "n_steps": 100, "step_deg": 120.0}],
+    "figures": {"draw": FIGURES},
 }  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("failure")
-    return folder, reproduce_failure(GrainStudy.model_validate(TINY), folder)
+    return folder, run_study(Study.model_validate(TINY), folder).figures
 
 
 def test_every_figure_and_table_is_made(done):
@@ -64,8 +76,8 @@ def test_bursts_are_told_state_by_state(done):
 
 def test_every_burst_keeps_its_curve(done):
     folder, _ = done
-    kept = sorted((folder / "loose_seed_2" / "bursts_eta_0.100").iterdir())
-    table = read_dataset(folder / "loose_seed_2" / "bursts_eta_0.100.nc")
+    kept = sorted((folder / "loose_seed_2" / "bursts_bursts_eta_0.100").iterdir())
+    table = read_dataset(folder / "loose_seed_2" / "bursts_bursts_eta_0.100.nc")
     assert len(kept) == table.sizes["alpha"]
     for file, alpha in zip(kept, table.alpha.values, strict=True):
         curve = read_dataset(file)
@@ -77,7 +89,7 @@ def test_maps_and_cones_are_those_of_the_states(done):
     folder, _ = done
     table = read_dataset(folder / "map_grains_loose.nc")
     assert table.eta.values.tolist() == [0.1, 0.2]
-    cone = rd.cone_of(read_dataset(folder / "loose_seed_2" / "cone_eta_0.200.nc").sel(norm=1e-4))
+    cone = rd.cone_of(read_dataset(folder / "loose_seed_2" / "cone_cones_eta_0.200.nc").sel(norm=1e-4))
     assert float(table.smallest_w2n.sel(eta=0.2, specimen=2)) == cone.smallest_w2n
     dense = read_dataset(folder / "map_grains_dense.nc")
     assert dense.sizes["eta"] == 1
@@ -89,23 +101,17 @@ def test_a_second_run_finds_everything(done):
     folder, _ = done
     stages = [path for path in folder.rglob("*") if path.suffix in (".h5", ".nc") and not path.name.startswith("map_")]
     before = {path: path.stat().st_mtime_ns for path in stages}
-    assert len(before) > 15
-    reproduce_failure(GrainStudy.model_validate(TINY), folder, ["map", "anatomy"])
+    assert len(before) > 40
+    assert run_study(Study.model_validate(TINY), folder, figures=["map", "anatomy"]).outcome.made == 0
     assert {path: path.stat().st_mtime_ns for path in stages} == before
 
 
-def test_an_anatomy_needs_no_other_packing(tmp_path, done):
-    import shutil
-
-    shutil.copytree(done[0] / "loose_seed_2", tmp_path / "loose_seed_2")
-    reproduce_failure(GrainStudy.model_validate(TINY), tmp_path, ["anatomy"])
-    assert [path.name for path in tmp_path.iterdir() if path.is_dir()] == ["loose_seed_2"]
-
-
-def test_unknown_figures_are_refused(tmp_path):
-    with pytest.raises(InvalidInput, match="unknown figure 'conez': did you mean 'cones'"):
-        reproduce_failure(GrainStudy.model_validate(TINY), tmp_path / "out", ["conez"])
-    assert not (tmp_path / "out").exists()
+def test_an_anatomy_needs_no_other_packing():
+    study = Study.model_validate(TINY | {"figures": {"draw": ["anatomy"]}})
+    plan = plan_of(study)
+    needed = plan.needed_for(needed_by(plan, "anatomy"))
+    assert sum(unit.kind == "packing" for unit in needed.values()) == 1
+    assert {unit.kind for unit in needed.values()} == {"packing", "state", "probes", "dissection"}
 
 
 def test_directions_lie_all_around_and_within_every_sector():

@@ -1,64 +1,88 @@
-"""Studies: presets, what they refuse, and the whole chain on a tiny specimen."""
+"""Studies: presets, the file to begin with, and the whole chain on a tiny specimen."""
 
 from __future__ import annotations
+
+import json
+import re
 
 import pytest
 
 import rendulic as rd
-from rendulic.errors import DidNotConverge, InvalidInput
+from rendulic.errors import InvalidInput
 from rendulic.io.tables import read_dataset
-from rendulic.study.config import PRESETS, GrainStudy, preset
-from rendulic.study.reproduce import FIGURES, reproduce
+from rendulic.study.campaign import recorded, run_study
+from rendulic.study.config import Study
+from rendulic.study.plan import plan_of
+from rendulic.study.study_file import PRESETS, preset, preset_text, read_study, template, with_seed
+
+FIGURES = ("fig1", "fig2", "fig3", "fig4")
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_load(name):
     """Both presets are valid, and say what the paper's protocol says."""
     study = preset(name)
-    assert study.loading.eta[-1] == 0.48
+    first = study.packing[0]
+    assert (first.name, first.eta[-1], first.to_the_end) == ("paper", 0.48, True)
     assert study.specimen.pressure_pa == 200e3
     assert (study.specimen.radius_min_m, study.specimen.radius_max_m) == (2e-3, 18e-3)
     assert study.contact.law() == rd.dem.LinearFrictional(356e6, 0.42, 0.7, "mean_diameter")
-    assert study.probes.diagram_norm in study.probes.norms
+    assert study.figures.diagram_norm in study.around.norms
 
 
 def test_the_paper_preset_is_the_papers():
     """10 000 spheres, 36 directions, norm 5e-5 in 5 000 steps, damping 0.05."""
     study = preset("paper")
+    around = study.around
     assert study.specimen.n_grains == 10000
-    assert len(rd.directions.rendulic(study.probes.step_deg)) == 36
-    assert (study.probes.norms[0], study.probes.n_steps, study.probes.damping) == (5e-5, 5000, 0.05)
+    assert len(around.directions()) == 36
+    assert (around.norms[0], around.n_steps, around.damping) == (5e-5, 5000, 0.05)
 
 
-def test_changes_replace_values():
-    """One value is changed, its neighbours stay, and the preset itself too."""
-    changed = preset("quick", specimen={"seed": 7})
-    assert changed.specimen.seed == 7
-    assert changed.specimen.n_grains == preset("quick").specimen.n_grains
-    assert preset("quick").specimen.seed == 1
+@pytest.mark.parametrize("name", PRESETS)
+def test_all_probes_of_a_preset_are_equally_fast(name):
+    """Steps per strain are those of Figs. 3 and 4 wherever grains are probed or pushed."""
+    study = preset(name)
+    pace = study.around.n_steps / study.around.norms[0]
+    named = {cones.name: cones for cones in study.cones}
+    found = [each.n_steps / each.norms[0] for each in study.probes]
+    found += [each.n_steps / each.sizes[0] for each in study.cones]
+    found += [each.n_steps / named[each.cones].norm for each in study.bursts]
+    assert found == pytest.approx([pace] * len(found), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"specimen": {"seeed": 2}}, "specimen.seeed: there is no such entry; did you mean 'seed'?"),
-        ({"specimn": {"seed": 2}}, "specimn: there is no such entry; did you mean 'specimen'?"),
-        ({"specimen": {"seed": -2}}, "specimen.seed"),
-        ({"specimen": {"n_grains": "many"}}, "specimen.n_grains"),
-        ({"specimen": {"density_kg_m3": float("nan")}}, "specimen.density_kg_m3"),
-        ({"specimen": {"radius_min_m": 1.0}}, "radius_min_m must not exceed radius_max_m"),
-        ({"contact": {"stiffness_rule": "harmonc"}}, "'harmonc': did you mean 'harmonic'"),
-        ({"loading": {"eta": []}}, "loading.eta"),
-        ({"loading": {"eta": [0.4, 0.3]}}, "must increase by at least 0.01"),
-        ({"probes": {"norms": [2e-4, 1e-4]}}, "norms must be increasing"),
-        ({"probes": {"diagram_norm": 3e-5}}, "diagram_norm 3e-05 must be one of the norms"),
-        pytest.param({"probes": {"step_deg": 7}}, "360"),
-    ],
-)  # fmt: skip
-def test_studies_refuse(changes, words):
-    """Unknown keys and values without meaning, before anything is computed."""
-    with pytest.raises(InvalidInput, match=words):
-        preset("quick", **changes)
+def test_another_seed_is_another_packing_of_the_same_recipe():
+    """All seeds move together, and nothing else changes."""
+    moved = with_seed(preset("quick"), 7)
+    assert [each.seeds for each in moved.packing] == [(7,), (7, 8), (7, 8)]
+    assert [each.seeds for each in moved.cones] == [(7,), (8,), (7,)]
+    assert with_seed(moved, 1) == with_seed(preset("quick"), 1)
+    assert not set(plan_of(moved).units) & {
+        unit.key for unit in plan_of(preset("quick")).units.values() if unit.needs or unit.kind == "packing"
+    }
+    with pytest.raises(InvalidInput, match="seeds"):
+        with_seed(preset("quick"), -3)
+
+
+def test_the_file_to_begin_with_shows_the_defaults(tmp_path):
+    """It is a study; with the defaults it shows uncommented, it is the same study, entry by entry."""
+    text = template()
+    (tmp_path / "as_written.toml").write_text(text)
+    shown = re.sub(r"^# (\w+ = (?!\.\.\.))", r"\1", text, flags=re.MULTILINE)
+    (tmp_path / "shown.toml").write_text(shown)
+    written, full = (read_study(tmp_path / name) for name in ("as_written.toml", "shown.toml"))
+    assert full == written.model_copy(update={"material": full.material})
+    assert dict(full.material) == dict(written.material)
+    assert shown.count("\n# ") < text.count("\n# ") - 30
+    for name in Study.model_fields:
+        assert f"[{name}]" in text or f"{name} = " in text
+    assert len(plan_of(written).units) > 10
+
+
+def test_a_preset_can_be_written_down(tmp_path):
+    """The file that ships is the preset."""
+    (tmp_path / "own.toml").write_text(preset_text("paper"))
+    assert read_study(tmp_path / "own.toml") == preset("paper")
 
 
 def test_unknown_presets_and_figures(tmp_path):
@@ -66,110 +90,169 @@ def test_unknown_presets_and_figures(tmp_path):
     with pytest.raises(InvalidInput, match="unknown preset 'papr': did you mean 'paper'"):
         preset("papr")
     with pytest.raises(InvalidInput, match="unknown figure 'fig33': did you mean 'fig3'"):
-        reproduce(preset("quick"), tmp_path / "out", ["fig33"])
+        run_study(tiny(), tmp_path / "out", figures=["fig33"])
     assert not (tmp_path / "out").exists()
 
 
-def tiny(**changes):
+def tiny(seed=2, eta=(0.1,), axial_strain=0.01, **others):
     """A study of 120 grains whose numbers mean nothing and whose files are those of any study."""
-    table = {
-        "specimen": {"n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3, "seed": 2},
-        "loading": {"inertial_number": 2e-4, "eta": (0.1,), "axial_strain": 0.01},
-        "probes": {"step_deg": 60, "norms": (5e-5, 1e-4), "diagram_norm": 1e-4, "n_steps": 50},
-    }
-    for section, values in changes.items():
-        table[section] = table[section] | values
-    return GrainStudy.model_validate(table)
+    return Study.model_validate(
+        {
+            "specimen": {"n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3},
+            "loading": {"inertial_number": 2e-4},
+            "packing": [
+                {"name": "paper", "seeds": [seed], "eta": eta, "axial_strain": axial_strain, "to_the_end": True}
+            ],
+            "probes": [{"name": "circle", "step_deg": 30.0, "norms": (5e-5, 1e-4), "n_steps": 50}],
+            "figures": {"draw": FIGURES, "diagram_norm": 1e-4},
+        }
+        | others
+    )
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """The tiny study, reproduced once, with what its stages reported."""
-    told = []
-
-    def stage(name):
-        return lambda finished, total, note="": told.append((name, finished, total))
-
-    return reproduce(tiny(), tmp_path_factory.mktemp("study"), stage=stage), told
+    """The tiny study, run once by two processes."""
+    return run_study(tiny(), tmp_path_factory.mktemp("study"))
 
 
-STAGES = ("specimen.h5", "state_eta_0.100.h5", "curve_eta_0.100.nc", "curve_final.nc", "probes_eta_0.100.nc")
+PRODUCTS = {"specimen.h5", "state_eta_0.100.h5", "curve_eta_0.100.nc", "curve_end.nc", "probes_circle_eta_0.100.nc"}
 
 
 def test_everything_is_made(done):
-    """Four figures in two formats, the stages, the record of the study, and the table; no leftovers."""
-    result, told = done
-    assert set(result.figures) == set(FIGURES)
-    drawn = set()
-    for name, files in result.figures.items():
+    """Four figures in two formats, states and tables, the record of the study; no leftovers."""
+    assert set(done.figures) == set(FIGURES)
+    assert (done.outcome.failed, done.outcome.blocked, done.not_drawn) == ({}, [], [])
+    for name, files in done.figures.items():
         names = [file.name for file in files]
         assert {f"{name}.png", f"{name}.pdf"} <= set(names)
-        assert all(each.startswith(name) for each in names)
         for file in files:
             assert file.read_bytes()[:4] == {".png": b"\x89PNG", ".pdf": b"%PDF"}[file.suffix]
             assert file.stat().st_size > 5000
-        drawn |= set(names)
-    assert {path.name for path in result.folder.iterdir()} == drawn | set(STAGES) | {"study.json", "table.nc"}
-    assert {name for name, *_ in told} >= {"specimen", "shear to eta = 0.1", "probes at eta = 0.1"}
+    folder = done.results.store.folder
+    assert {path.name for path in (folder / "paper_seed_2").iterdir()} == PRODUCTS
+    own = {path.name for path in folder.iterdir() if not path.name.startswith("fig")}
+    assert own == {
+        "units", "logs", "lock", "study.json", "running.json", "products.json", "table.nc", "paper_seed_2"
+    }  # fmt: skip
+    assert not list(folder.rglob("*.part*"))
+
+
+def test_units_are_the_work_done_at_once(done):
+    """Packing, state, the curve after it, and two batches of the twelve directions, one log for each."""
+    kinds = [unit.kind for unit in done.results.plan.units.values()]
+    assert sorted(kinds) == ["end", "packing", "probes", "probes", "state"]
+    assert done.outcome.made == 5
+    for key, unit in done.results.plan.units.items():
+        log = (done.results.store.folder / "logs" / f"{key}.log").read_text()
+        assert unit.label in log
+        assert log.rstrip().endswith("done")
+
+
+def test_batches_are_the_directions_together(done):
+    """Probes of several units are those that one call gives, to the bit, labels and all."""
+    place = next(iter(done.results.plan.states))
+    sample = done.results.state(place)
+    whole = rd.probe(sample, rd.directions.rendulic(30.0), [5e-5, 1e-4], 50)
+    assert done.results.probes(done.results.study.around, place).identical(whole)
+
+
+def test_a_unit_is_what_the_library_gives(done):
+    """The state in the store is that of the same calls in one process, to the bit."""
+    study = done.results.study
+    speed, recipe = study.loading.speed(), study.specimen
+    radii = (recipe.radius_min_m, recipe.radius_max_m)
+    sample = rd.dem.pack(120, radii, 200e3, seed=2, law=study.contact.law(), speed=speed)
+    assert sample.save().checksum == done.results.specimen("paper", 2).save().checksum
+    sample.load(rd.paths.drained_triaxial(0.01, until_eta=0.1, lateral_stress=200e3), speed=speed)
+    rd.dem.bring_to_rest(sample, "stress", speed)
+    assert sample.save().checksum == done.results.state(next(iter(done.results.plan.states))).save().checksum
 
 
 def test_the_table_says_what_was_probed(done):
     """The state is where it was asked to be, at rest, and every identity closes to rounding."""
-    table = done[0].table
+    table = read_dataset(done.results.store.folder / "table.nc")
     assert dict(table.sizes) == {"state": 1, "norm": 2}
     assert float(table.eta[0]) == pytest.approx(0.1, abs=0.01)
     assert float(table.unbalanced_force[0]) <= 1e-4
     assert float(table.largest_identity_residual.max()) < 1e-12
-    probes = read_dataset(done[0].folder / "probes_eta_0.100.nc")
+    probes = read_dataset(done.results.store.folder / "paper_seed_2" / "probes_circle_eta_0.100.nc")
     assert table.smallest_w2n[0].values.tolist() == probes.w2_normalised.min("alpha").values.tolist()
-    assert float(read_dataset(done[0].folder / "table.nc").eta[0]) == float(table.eta[0])
 
 
-def test_a_second_run_finds_the_stages(done):
-    """Nothing is computed again: the files of the stages keep their time and content, the table is equal."""
-    result = done[0]
-    before = {name: ((result.folder / name).stat().st_mtime_ns, (result.folder / name).read_bytes()) for name in STAGES}
-    again = reproduce(tiny(), result.folder, ["fig3"])
+def kept(folder):
+    return {path: path.stat().st_mtime_ns for path in (folder / "units").rglob("*.h5")}
+
+
+def test_a_second_run_finds_everything(done):
+    """No unit and no table is written again."""
+    folder = done.results.store.folder
+    before = kept(folder) | {path: path.stat().st_mtime_ns for path in (folder / "paper_seed_2").iterdir()}
+    again = run_study(tiny(), folder, figures=["fig3"])
+    assert again.outcome.made == 0
     assert set(again.figures) == {"fig3"}
-    after = {name: ((result.folder / name).stat().st_mtime_ns, (result.folder / name).read_bytes()) for name in STAGES}
+    after = kept(folder) | {path: path.stat().st_mtime_ns for path in (folder / "paper_seed_2").iterdir()}
     assert after == before
-    assert again.table.equals(result.table)
 
 
-def test_a_missing_stage_is_made_again_alike(done):
-    """A stage lost is computed again from the stage before, to the same result."""
-    folder = done[0].folder
-    probes = read_dataset(folder / "probes_eta_0.100.nc")
-    (folder / "probes_eta_0.100.nc").unlink()
-    reproduce(tiny(), folder, ["fig3"], workers=1)
-    assert read_dataset(folder / "probes_eta_0.100.nc").equals(probes)
+def test_a_lost_product_is_written_again_from_its_units(done):
+    """Tables are copies of what the units hold."""
+    path = done.results.store.folder / "paper_seed_2" / "probes_circle_eta_0.100.nc"
+    before = read_dataset(path)
+    path.unlink()
+    assert run_study(tiny(), done.results.store.folder, figures=["fig3"]).outcome.made == 0
+    assert read_dataset(path).identical(before)
 
 
-def test_another_study_is_refused(done):
-    """A folder holds one study; nothing of it is touched by another."""
-    folder = done[0].folder
-    before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
-    with pytest.raises(InvalidInput, match="holds the results of another study"):
-        reproduce(tiny(specimen={"seed": 3}), folder)
-    assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
+def test_only_what_the_figures_need(tmp_path, done):
+    """Without Figs. 1 and 2 the compression does not go on to the end."""
+    plan = plan_of(tiny())
+    for key, unit in plan.units.items():
+        if unit.kind != "end":
+            target = tmp_path / "units" / key[:2] / f"{key}.h5"
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(done.results.store.file(key).read_bytes())
+    report = run_study(tiny(), tmp_path, figures=["fig3", "fig4"])
+    assert report.outcome.made == 0
+    assert not (tmp_path / "paper_seed_2" / "curve_end.nc").exists()
+    units, _ = recorded(tmp_path)
+    assert {unit.kind for unit in units.values()} == {"packing", "state", "probes"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "anew"),
+    [
+        ({"probes": [{"name": "circle", "step_deg": 30.0, "norms": (5e-5, 1e-4), "n_steps": 51}]}, {"probes"}),
+        ({"probes": [{"name": "other_name", "step_deg": 30.0, "norms": (5e-5, 1e-4), "n_steps": 50}]}, set()),
+        ({"axial_strain": 0.011}, {"state", "end", "probes"}),
+        ({"seed": 3}, {"packing", "state", "end", "probes"}),
+        ({"contact": {"friction": 0.6}}, {"packing", "state", "end", "probes"}),
+        ({"title": "another"}, set()),
+        ({"eta": (0.1, 0.2)}, {"state", "end", "probes"}),
+    ],
+)
+def test_a_change_reaches_what_depends_on_it(changes, anew):
+    """Only the units that a changed input leads to have other hashes; a longer path keeps its beginning."""
+    before, after = plan_of(tiny()).units, plan_of(tiny(**changes)).units
+    assert {unit.kind for key, unit in after.items() if key not in before} == anew
+    if "eta" in changes:
+        assert sum(unit.kind == "state" for key, unit in after.items() if key in before) == 1
+
+
+def test_hashes_do_not_depend_on_the_process(done):
+    """They are of the inputs alone: the same here and where the units were made."""
+    for key in plan_of(tiny()).units:
+        head = json.loads(done.results.store.file(key).read_bytes().split(b'"parts"')[0].rstrip(b", ") + b"}")
+        assert head["key"] == key
 
 
 def test_a_stress_ratio_out_of_reach_is_told(tmp_path):
-    """What spheres do not reach within the strain given is an error with the largest ratio seen."""
-    study = tiny(loading={"eta": (2.0,), "axial_strain": 2e-3})
-    with pytest.raises(DidNotConverge, match=r"eta = 2 was not reached within 0.002 of axial strain \(the largest was"):
-        reproduce(study, tmp_path / "far", ["fig3"])
-
-
-def test_only_the_figures_asked_for(done, tmp_path):
-    """Without Figs. 1 and 2 the compression does not go on to the end."""
-    import shutil
-
-    folder = tmp_path / "part"
-    folder.mkdir()
-    for name in ("study.json", *STAGES):
-        shutil.copy(done[0].folder / name, folder)
-    (folder / "curve_final.nc").unlink()
-    result = reproduce(tiny(), folder, ["fig3", "fig4"])
-    assert set(result.figures) == {"fig3", "fig4"}
-    assert not (folder / "curve_final.nc").exists()
+    """What spheres do not reach within the strain given fails with the largest ratio seen; the rest is done."""
+    study = tiny(eta=(0.05, 2.0), axial_strain=2e-3)
+    report = run_study(study, tmp_path, figures=["fig3"])
+    ((unit, error),) = report.outcome.failed.items()
+    assert unit.kind == "state"
+    assert re.search(r"eta = 2 was not reached within 0.002 of axial strain \(the largest was", error)
+    assert {each.kind for each in report.outcome.blocked} == {"probes"}
+    assert report.not_drawn == ["fig3"]
+    assert (tmp_path / "paper_seed_2" / "state_eta_0.050.h5").exists()

@@ -24,14 +24,14 @@ class Parameters(Section):
     k_n0: Positive = Field(15e3, description="normal stiffness of a contact at the force f_ref, N/m")
     f_ref: Positive = Field(0.0174, description="normal force at which the stiffness is k_n0, N (G_g l^2 in Eq. 28)")
     exponent: float = Field(
-        0.5, ge=0, lt=1, description="n of k_n = k_n0 (f_n / f_ref)^n: 0 linear, 1/3 Hertz, 0.5 sands"
+        0.5, strict=True, ge=0, lt=1, description="n of k_n = k_n0 (f_n / f_ref)^n: 0 linear, 1/3 Hertz, 0.5 sands"
     )
     k_rR: Positive = Field(
         0.4, le=1.5, description="k_r / k_n, shear over normal stiffness; Poisson's ratio (1-r)/(2+3r)"
     )
     k_pR: Positive = Field(1.0, description="k_p / k_n, plastic over normal stiffness: how soon friction is mobilised")
     dilatancy: float = Field(
-        1.0, ge=0, le=10, description="D of Eq. 32: plastic contraction below phi_0 and dilation above it"
+        1.0, strict=True, ge=0, le=10, description="D of Eq. 32: plastic contraction below phi_0 and dilation above it"
     )
     tan_phi_mu: Positive = Field(0.65, le=2, description="tangent of the angle of friction between grains")
     tan_phi_0: Positive | None = Field(
@@ -39,10 +39,14 @@ class Parameters(Section):
     )
     e_ref: Positive = Field(1.0, description="critical void ratio at the mean stress p_ref")
     critical_slope: float = Field(
-        0.2, ge=0, allow_inf_nan=False, description="lambda: loss of critical void ratio per decade of mean stress"
+        0.2,
+        strict=True,
+        ge=0,
+        allow_inf_nan=False,
+        description="lambda: loss of critical void ratio per decade of mean stress",
     )
     p_ref: Positive = Field(10e3, description="mean stress of e_ref, Pa")
-    interlocking: float = Field(1.0, ge=0, le=10, description="m of tan(phi_p) = (e_c / e)^m tan(phi_mu)")
+    interlocking: float = Field(1.0, strict=True, ge=0, le=10, description="m of tan(phi_p) = (e_c / e)^m tan(phi_mu)")
     branch_length: Positive = Field(0.36e-3, description="l: distance of touching grains' centres, m; about d50")
 
     @property

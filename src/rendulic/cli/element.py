@@ -10,12 +10,13 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from rendulic.cli.init import write_new
 from rendulic.cli.progress import stages
 
 if TYPE_CHECKING:
-    from rendulic.study.element import ElementResult
+    from rendulic.study.element_results import ElementResult
 
-__all__ = ["element", "write_example"]
+__all__ = ["element"]
 
 
 def element(
@@ -28,28 +29,17 @@ def element(
 
     Example: rendulic element tests.toml --init && rendulic element tests.toml -o elements
     """
-    from rendulic.study.element import example, read_element_study, run_element_study
+    from rendulic.study.element import example, read_element_study
+    from rendulic.study.element_results import run_element_study
 
     if init:
-        write_example(study, example())
+        write_new(study, example())
         return
     read = read_element_study(study)
     with stages(quiet) as stage:
         results = run_element_study(read, output, stage=stage)
     Console().print(_summary(results))
     typer.echo(f"{sum(len(result.files) for result in results)} files written to {output}")
-
-
-def write_example(path: Path, text: str) -> None:
-    """Write a file to begin with, where there is none yet."""
-    from rendulic.errors import InvalidInput
-
-    if path.exists():
-        raise InvalidInput(f"{path} exists already: choose another name for the new file")
-    if not path.parent.is_dir():
-        raise InvalidInput(f"there is no folder {path.parent} to write {path.name} to: make it first")
-    path.write_text(text, encoding="utf-8")
-    typer.echo(f"written: {path}")
 
 
 def _summary(results: list[ElementResult]) -> Table:

@@ -19,11 +19,11 @@ def lab(
 
     Example: rendulic lab test.toml --init && rendulic lab test.toml -o lab
     """
-    from rendulic.cli.element import write_example
+    from rendulic.cli.init import write_new
     from rendulic.study.lab import example, run_lab_test
 
     if init:
-        write_example(test, example())
+        write_new(test, example())
         return
     result = run_lab_test(test, output)
     found = result.along

@@ -11,9 +11,11 @@ from rendulic.cli.analyze import analyze
 from rendulic.cli.element import element
 from rendulic.cli.export import export
 from rendulic.cli.info import info
+from rendulic.cli.init import init
 from rendulic.cli.lab import lab
 from rendulic.cli.probe import probe
 from rendulic.cli.reproduce import reproduce
+from rendulic.cli.run import run as run_command
 from rendulic.errors import RendulicError
 
 app = typer.Typer(
@@ -23,6 +25,8 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 app.command()(reproduce)
+app.command()(init)
+app.command(name="run")(run_command)
 app.command()(element)
 app.command()(analyze)
 app.command()(lab)

@@ -10,12 +10,18 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from rendulic.cli.progress import stages
+from rendulic.cli.progress import campaign, stages
+from rendulic.cli.run import in_order, say_how_it_went, workers_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rendulic.study.results import Results
+
 __all__ = ["reproduce"]
+
+FIRST = ("fig1", "fig2", "fig3", "fig4")
+OTHERS = ("elements",)  # figures of studies that the paper's have not
 
 
 def reproduce(
@@ -32,47 +38,60 @@ def reproduce(
     ),
     seed: Annotated[int | None, typer.Option(help="Another packing of the same recipe.")] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Threads; one per core if not given. Results do not depend on it.")
+        int | None, typer.Option(min=1, help="Processes; one per core if not given. Results do not depend on it.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the table.")] = False,
 ) -> None:
     """Reproduce the paper's figures, with grains and with the Chang-Hicher model, and show failure itself.
 
-    Finished stages in the folder are found again, so an interrupted run goes on where it stopped.
+    The studies behind it are files, see rendulic init --preset. What the folder holds already is found again, so an
+    interrupted run goes on where it stopped.
 
     Example: rendulic reproduce fig6 fig7 fig9 fig10 -o model
     """
-    from rendulic.dem import use_threads
     from rendulic.errors import one_of
-    from rendulic.study import reproduce as grains
-    from rendulic.study import reproduce_failure as failure
     from rendulic.study import reproduce_model as model
-    from rendulic.study.config import preset as load_preset
+    from rendulic.study.campaign import run_study
+    from rendulic.study.config import FIGURES
+    from rendulic.study.study_file import preset as load_preset
+    from rendulic.study.study_file import with_seed
 
-    wanted = [one_of(name, (*grains.FIGURES, *model.FIGURES, *failure.FIGURES), "figure") for name in figures or ()]
-    of_grains = [name for name in wanted if name in grains.FIGURES] or ([] if wanted else list(grains.FIGURES))
-    of_model = [name for name in wanted if name in model.FIGURES] or ([] if wanted else list(model.FIGURES))
-    of_failure = [name for name in wanted if name in failure.FIGURES]
-    changes = {} if seed is None else {"specimen": {"seed": seed}}
-    study = load_preset(preset, **changes)
-    use_threads(workers)
-    console = Console()
-    files: dict[str, list[Path]] = {}
-    with stages(quiet) as stage:
-        # the quicker part first
-        if of_model:
-            files |= model.reproduce_model(output, of_model, stage=stage)
-        if of_grains:
-            result = grains.reproduce(study, output, of_grains, workers=workers, stage=stage)
-            files = result.figures | files
-        if of_failure:
-            files |= failure.reproduce_failure(study, output, of_failure, workers=workers, stage=stage)
+    of_study = [name for name in FIGURES if name not in OTHERS]
+    wanted = [one_of(name, (*of_study, *model.FIGURES), "figure") for name in figures or (*FIRST, *model.FIGURES)]
+    study = load_preset(preset)
+    if seed is not None:
+        study = with_seed(study, seed)
+    of_model = [name for name in wanted if name in model.FIGURES]
+    of_grains = [name for name in wanted if name in of_study]
+    # the quicker part first
+    if of_model:
+        with stages(quiet) as stage:
+            _list(model.reproduce_model(output, of_model, stage=stage))
     if of_grains:
-        console.print(_summary(result.table))
-        if "smallest_w2n" in result.table:
-            console.print(_amplitudes(result.table))
+        with in_order(), campaign(quiet) as watch:
+            report = run_study(study, output, figures=of_grains, executor=workers_of(None, workers), watch=watch)
+        if set(report.figures) & set(FIRST):
+            _show_states(report.results, bool({"fig3", "fig4"} & set(report.figures)))
+        say_how_it_went(report, output)
+
+
+def _list(files: dict[str, list[Path]]) -> None:
     for name, paths in files.items():
-        console.print(f"{name}: {', '.join(str(path) for path in paths)}", highlight=False, soft_wrap=True)
+        typer.echo(f"{name}: {', '.join(str(path) for path in paths)}")
+
+
+def _show_states(results: Results, with_probes: bool) -> None:
+    """Tables of the states that Figs. 1 to 4 show."""
+    from rendulic.study.draw import state_table
+
+    first = results.study.packing[0]
+    places = [place for place in results.plan.states if place.packing == first.name]
+    around = results.study.around
+    probes = [results.probes(around, place) for place in places] if with_probes and around else None
+    table = state_table(results, places, probes)
+    Console().print(_summary(table))
+    if probes:
+        Console().print(_amplitudes(table))
 
 
 def _summary(table: xr.Dataset) -> Table:

@@ -17,7 +17,7 @@ from rendulic.dem.servo import drive_for, hold
 from rendulic.errors import DidNotConverge, InvalidInput
 from rendulic.progress import Progress, silent
 
-__all__ = ["pack"]
+__all__ = ["check_pressure", "pack"]
 
 LOOSE_FRACTION = 0.25  # solid fraction of the random places from which growth starts
 STEPS_PER_GROWTH = 10
@@ -77,7 +77,7 @@ def pack(
     pressure = positive_number("pressure", pressure, "Pa")
     seed = whole_number("seed", seed, 0)
     radii = _draw_radii(n_grains, radius, seed)
-    _refuse_pressure(pressure, radii, law)
+    check_pressure(pressure, float(radii.mean()), law)
     if porosity is not None and not 0.2 < porosity < 0.6:
         raise InvalidInput(f"a target porosity must lie between 0.2 and 0.6, got {porosity!r}")
     growth_friction = law.friction if growth_friction is None else growth_friction
@@ -126,9 +126,11 @@ def _draw_radii(n_grains: int | None, radius, seed: int) -> np.ndarray:
     return np.sort(drawn)[::-1].copy()
 
 
-def _refuse_pressure(pressure: float, radii: np.ndarray, law: ContactLaw) -> None:
-    """Contacts are points in this mechanics: refuse pressures that would press grains flat, or press nothing."""
-    mean = float(radii.mean())
+def check_pressure(pressure: float, mean: float, law: ContactLaw) -> None:
+    """Raise `InvalidInput` for a pressure in Pa that would press grains of this mean radius in m flat, or press nothing.
+
+    Contacts are points in this mechanics.
+    """
     stiffness, _ = law.stiffness(mean, mean, law.parameters)
     scale = stiffness / (2.0 * mean)
     if not SMALLEST_OVERLAP * scale <= pressure <= LARGEST_OVERLAP * scale:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,21 +12,20 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from rendulic import figures
 from rendulic.chang_hicher import ChangHicher, MaterialPoint, Parameters, material
 from rendulic.chang_hicher.parameters import check_denominator
 from rendulic.errors import InvalidInput
-from rendulic.io.tables import write_csv, write_dataset
 from rendulic.loading import paths
 from rendulic.progress import Progress, silent
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev
 from rendulic.validation import Positive, Section, validated
-from rendulic.whole_file import writable_folder
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ElementStudy", "ElementTest", "Leg", "example", "read_element_study", "run_element_study"]
+__all__ = [
+    "ElementStudy", "ElementTest", "ElementTests", "Leg", "check_states", "example", "follow_test", "read_element_study",
+]  # fmt: skip
 
 PATHS: dict[str, Callable[..., paths.Path]] = {
     "drained": paths.drained_triaxial,
@@ -37,6 +35,7 @@ PATHS: dict[str, Callable[..., paths.Path]] = {
     "isotropic": paths.isotropic,
     "proportional": paths.proportional,
 }
+MOST = 100_000  # tests of one study
 # what each kind of leg understands, and the argument of its path
 ARGUMENTS: dict[str, dict[str, str]] = {
     "drained": {
@@ -60,12 +59,16 @@ class Leg(Section):
 
     path: Literal["drained", "undrained", "constant_p", "oedometric", "isotropic", "proportional"]
     axial_strain: Positive | None = Field(None, description="axial strain travelled at most; 0.2 if not given")
-    until_eta: float | None = Field(None, allow_inf_nan=False, description="stress ratio q/p at which it ends")
+    until_eta: float | None = Field(
+        None, strict=True, allow_inf_nan=False, description="stress ratio q/p at which it ends"
+    )
     until_peak: bool = Field(False, description="end when q has fallen by 5 % from its peak")
     extension: bool = Field(False, description="axial extension instead of compression; also unloading")
     lateral_stress_pa: Positive | None = Field(None, description="drained: brought there first")
     pressure_pa: Positive | None = Field(None, description="isotropic: the pressure to reach")
-    ratio: float | None = Field(None, description="proportional: R of d_eps_1 + 2 R d_eps_3 = 0")
+    ratio: float | None = Field(
+        None, strict=True, allow_inf_nan=False, description="proportional: R of d_eps_1 + 2 R d_eps_3 = 0"
+    )
 
     @model_validator(mode="after")
     def _only_what_the_path_knows(self) -> Leg:
@@ -117,12 +120,12 @@ class Model(Section):
         return name
 
 
-class ElementStudy(Section):
-    """A material and the tests on it."""
+class ElementTests(Section):
+    """A material and any number of tests on it."""
 
     material: Parameters = Parameters()
     model: Model = Model()
-    test: tuple[ElementTest, ...] = Field(min_length=1, description="[[test]] tables")
+    test: tuple[ElementTest, ...] = Field((), max_length=MOST, description="[[test]] tables")
 
     @field_validator("material", mode="before")
     @classmethod
@@ -133,7 +136,7 @@ class ElementStudy(Section):
         return table
 
     @model_validator(mode="after")
-    def _planes_do_not_snap(self) -> ElementStudy:
+    def _planes_do_not_snap(self) -> ElementTests:
         check_denominator(self.material, self.model.formulation, self.material.tan_phi_mu)
         return self
 
@@ -144,6 +147,12 @@ class ElementStudy(Section):
         if len(set(names)) < len(names):
             raise ValueError(f"every test needs a name of its own, got {', '.join(names)}")
         return tests
+
+
+class ElementStudy(ElementTests):
+    """A material and the tests on it."""
+
+    test: tuple[ElementTest, ...] = Field(min_length=1, max_length=MOST, description="[[test]] tables")
 
 
 def _rule(name: str) -> SphereRule:
@@ -178,68 +187,24 @@ def read_element_study(path: str | os.PathLike) -> ElementStudy:
     return validated(ElementStudy, table, str(path))
 
 
-@dataclass(frozen=True)
-class ElementResult:
-    """What one test gave.
-
-    Parameters
-    ----------
-    name : str
-        Of the test.
-    curve : xarray.Dataset
-        All legs one after the other, with the coordinate `leg`.
-    files : list of Path
-        What was written.
-    """
-
-    name: str
-    curve: xr.Dataset
-    files: list[Path]
+def check_states(study: ElementTests) -> None:
+    """Raise `InvalidInput`, which names the test, if the material admits no such virgin state."""
+    for test in study.test:
+        _point(study, test)
 
 
-def run_element_study(
-    study: ElementStudy, folder: str | os.PathLike, *, stage: Callable[[str], Progress] = lambda _name: silent
-) -> list[ElementResult]:
-    """Run every test and write its curve, events and planes as CSV, all of it as NetCDF, and figures.
-
-    A test ends early where no quasi-static continuation exists; `stopped_by` of its curve says why, and
-    the legs after it are not run.
-
-    Raises
-    ------
-    InvalidInput
-        If a state is not admissible or the folder cannot be written; the test is named.
-    """
-    folder = writable_folder(Path(folder))
-    model = ChangHicher(
-        rule=_rule(study.model.sphere_rule), formulation=study.model.formulation, **study.material.model_dump()
-    )
-    points = [_point(model, test) for test in study.test]
-    results = []
-    for test, point in zip(study.test, points, strict=True):
-        curve = _run(test, point, study.model.tolerance, stage(test.name))
-        files = [write_dataset(curve, folder / f"{test.name}.nc")]
-        for suffix, table in _tables(curve).items():
-            files.append(write_csv(table, folder / f"{test.name}{suffix}.csv"))
-        files += figures.save(figures.element_tests({test.name: curve}), folder, test.name)
-        files += figures.save(figures.plane_paths(curve, test.name), folder, f"{test.name}_plane_paths")
-        files += figures.save(figures.plane_work(curve, test.name), folder, f"{test.name}_plane_work")
-        results.append(ElementResult(test.name, curve, files))
-    if len(results) > 1:
-        together = figures.element_tests({result.name: result.curve for result in results})
-        figures.save(together, folder, "all_tests")
-    return results
-
-
-def _point(model: ChangHicher, test: ElementTest) -> MaterialPoint:
+def _point(study: ElementTests, test: ElementTest) -> MaterialPoint:
+    how = study.model
+    model = ChangHicher(rule=_rule(how.sphere_rule), formulation=how.formulation, **study.material.model_dump())
     try:
         return model.at(test.pressure_pa, test.void_ratio)
     except InvalidInput as error:
         raise InvalidInput(f"test '{test.name}': {error}") from None
 
 
-def _run(test: ElementTest, point: MaterialPoint, tolerance: float, progress: Progress) -> xr.Dataset:
-    """All legs of a test as one curve."""
+def follow_test(study: ElementTests, test: ElementTest, progress: Progress = silent) -> xr.Dataset:
+    """All legs of a test as one curve, with the coordinate `leg`."""
+    point, tolerance = _point(study, test), study.model.tolerance
     legs: list[xr.Dataset] = []
     for k, leg in enumerate((test, *test.then)):
         try:
@@ -269,17 +234,3 @@ def _joined(legs: list[xr.Dataset]) -> xr.Dataset:
             values = np.concatenate([leg[name].values for leg in legs], axis=variable.dims.index(grows[0]))
         variables[name] = (variable.dims, values, variable.attrs)
     return xr.Dataset(variables).set_coords(list(legs[0].coords))
-
-
-def _tables(curve: xr.Dataset) -> dict[str, xr.Dataset]:
-    """The curve in tables of one index each."""
-    plain = curve.reset_coords()
-
-    def with_dims(*dims: str) -> list[str]:
-        return [str(name) for name in plain.data_vars if plain[name].dims == dims]
-
-    return {
-        "": plain[with_dims("record")],
-        "_events": plain[with_dims("event")],
-        "_planes": plain[[*with_dims("record", "plane"), "inclination", "plane_weight", "eps_1", "leg"]],
-    }

@@ -19,6 +19,7 @@ from rendulic.io.tables import write_dataset
 from rendulic.loading import directions, paths
 from rendulic.probing.probe import probe
 from rendulic.progress import Progress, silent
+from rendulic.study.sands import DENSE, LOOSE, PROBE_NORM
 from rendulic.whole_file import writable_folder
 
 if TYPE_CHECKING:
@@ -36,14 +37,12 @@ VARIED: dict[str, tuple[str, tuple[float, ...], Callable[[float], str]]] = {
     "plastic ratio": ("k_pR", (0.5, 1.0, 2.0), lambda value: rf"$k_{{pR}}$ = {value:g}"),
     "shear ratio": ("k_rR", (0.1, 0.5, 1.0), lambda value: rf"$k_{{rR}}$ = {value:g}"),
 }
-PRESSURE, VOID_RATIO, AXIAL_STRAIN = 300e3, 0.9, 0.2  # Fig. 7
-DENSE = 0.65
+PRESSURE, AXIAL_STRAIN = 300e3, 0.2  # Fig. 7
 TESTS: tuple[tuple[str, Callable[..., paths.Path]], ...] = (
     ("drained", paths.drained_triaxial),
     ("undrained", paths.constant_volume),
 )
 STRESS_RATIOS = (0.0, 0.5, 0.8, 0.9, 1.0)
-PROBE_NORM = 1e-6  # small enough for the tangent, as there is no noise
 
 
 def shear_stiffness(parameters: Parameters, x: np.ndarray) -> np.ndarray:
@@ -55,7 +54,7 @@ def shear_stiffness(parameters: Parameters, x: np.ndarray) -> np.ndarray:
     return plane_law.stiffness(k_n, parameters.k_rR * k_n, modulus, eta, beta)[3]
 
 
-def undrained_hostun(formulation: str = "consistent", void_ratio: float = VOID_RATIO) -> xr.Dataset:
+def undrained_hostun(formulation: str = "consistent", void_ratio: float = LOOSE) -> xr.Dataset:
     """The undrained test of Fig. 7 on loose Hostun sand, 300 kPa."""
     point = ChangHicher.preset("hostun_loose", formulation=formulation).at(PRESSURE, void_ratio)
     return point.load(paths.constant_volume(AXIAL_STRAIN), least_records=400)
@@ -80,7 +79,7 @@ class _Results:
     def circles(self) -> dict[str, dict[str, xr.Dataset]]:
         panels: dict[str, dict[str, xr.Dataset]] = {}
         around = directions.rendulic(step=2)
-        for density, void_ratio in (("loose", VOID_RATIO), ("dense", DENSE)):
+        for density, void_ratio in (("loose", LOOSE), ("dense", DENSE)):
             for name, path in TESTS:
                 panel = panels.setdefault(f"{name}, {density} (e = {void_ratio:g})", {})
                 point = ChangHicher.preset("hostun_loose").at(PRESSURE, void_ratio)
@@ -111,7 +110,7 @@ def reproduce_model(
     wanted = [one_of(name, FIGURES, "figure") for name in wanted]
     folder = writable_folder(Path(folder))
     results = _Results(stage("Chang-Hicher model"))
-    test = f"undrained, {PRESSURE / 1e3:g} kPa, e = {VOID_RATIO:g}"
+    test = f"undrained, {PRESSURE / 1e3:g} kPa, e = {LOOSE:g}"
     makers: dict[str, Callable[[], Figure]] = {
         "fig6": lambda: figures.plane_stiffness(_fig6()),
         "fig7": lambda: figures.element_tests(results.undrained, f"Loose Hostun sand, {test}"),

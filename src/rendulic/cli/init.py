@@ -1,0 +1,40 @@
+"""`rendulic init`: a commented study to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["init", "write_new"]
+
+
+def init(
+    file: Annotated[Path, typer.Argument(help="The file to write.")] = Path("study.toml"),
+    preset: Annotated[
+        str | None, typer.Option(help="quick or paper: the study that rendulic reproduce runs, instead.")
+    ] = None,
+) -> None:
+    """Write a study with every entry, its default and its meaning.
+
+    Example: rendulic init study.toml && rendulic run study.toml -o results
+    """
+    from rendulic.study.study_file import preset_text, template
+
+    write_new(file, template() if preset is None else preset_text(preset))
+
+
+def write_new(file: Path, text: str) -> None:
+    """Write a file that is not there yet, and say so."""
+    from rendulic.errors import InvalidInput
+
+    if file.exists():
+        raise InvalidInput(f"{file} exists already: choose another name for the new file")
+    if not file.parent.is_dir():
+        raise InvalidInput(f"there is no folder {file.parent} to write {file.name} to: make it first")
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput(f"cannot write {file}: {error.strerror or error}") from None
+    typer.echo(f"written: {file}")
