@@ -29,7 +29,8 @@ class ClusterWorkers:
     folder : path
         Of the study, under the same name on all machines.
     address : str
-        Of the scheduler, as `tcp://host:8786`, or `tls://host:8786` with the certificates of Dask's configuration.
+        Of the scheduler, as `tcp://host:8786`, or `tls://host:8786` with the certificates of Dask's configuration; or
+        the name of its scheduler file.
 
     Raises
     ------
@@ -52,7 +53,8 @@ class ClusterWorkers:
         self._events: SimpleQueue[Event] = SimpleQueue()
         self._futures: dict[str, Any] = {}
         try:
-            self._client = Client(address, timeout=PATIENCE, set_as_default=False)
+            where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+            self._client = Client(**where, timeout=PATIENCE, set_as_default=False)
         except (OSError, TimeoutError, ValueError, ImportError) as error:
             raise InvalidInput(f"no Dask scheduler at {address}: {error or type(error).__name__}") from None
         self.capacity = sum(self._client.nthreads().values())
