@@ -18,7 +18,7 @@ if __name__ == "__main__":
     study, folder = sys.argv[1:]
     with SLURMCluster(cores=1, processes=1, memory="2GB", walltime="24:00:00", nanny=False) as cluster:
         cluster.scale(64)
-        cluster.wait_for_workers(8)  # more are used once they come, up to twice as many as there are now
+        cluster.wait_for_workers(8)  # more are used as they come
         report = run_study(
             read_study(study), folder, executor=lambda where: ClusterWorkers(where, cluster.scheduler_address)
         )

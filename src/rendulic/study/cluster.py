@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import time
 from collections.abc import Mapping
 from concurrent.futures import CancelledError
 from contextlib import suppress
@@ -19,6 +20,7 @@ __all__ = ["ClusterWorkers", "carry_out_on_worker"]
 
 TOPIC = "rendulic"
 PATIENCE = 30  # seconds for the scheduler to answer
+SECONDS_PER_COUNT = 10.0  # between counts of the workers, which come and go
 
 
 class ClusterWorkers:
@@ -57,13 +59,16 @@ class ClusterWorkers:
             self._client = Client(**where, timeout=PATIENCE, set_as_default=False)
         except (OSError, TimeoutError, ValueError, ImportError) as error:
             raise InvalidInput(f"no Dask scheduler at {address}: {error or type(error).__name__}") from None
-        self.capacity = sum(self._client.nthreads().values())
+        self._count()
         if not self.capacity:
             self.close()
             raise InvalidInput(f"the Dask scheduler at {address} has no workers: start some first")
-        # enough that no worker waits for the next order
-        self.ahead = self.capacity
         self._client.subscribe_topic(TOPIC, self._hear)
+
+    def _count(self) -> None:
+        """How many units run at once now, and as many more, so that no worker waits for its next order."""
+        self.capacity = self.ahead = sum(self._client.nthreads().values())
+        self._counted = time.monotonic()
 
     def _hear(self, message: tuple[Any, Any]) -> None:
         told = message[1] if isinstance(message, tuple) else message
@@ -81,6 +86,9 @@ class ClusterWorkers:
 
     def events(self, seconds: float) -> list[Event]:
         """What happened, after so many seconds at most."""
+        if self._client.status == "running" and time.monotonic() - self._counted > SECONDS_PER_COUNT:
+            with suppress(OSError, TimeoutError):
+                self._count()
         happened = []
         with suppress(Empty):
             event = self._events.get(timeout=seconds)
