@@ -158,7 +158,9 @@ def _put_together(about: Mapping[str, Any], arrays: dict[str, np.ndarray]) -> St
     for name, own in about["variables"].items():
         values = arrays[name]
         if own["is_text"]:
-            values = np.char.decode(values, "utf-8").astype(object)
+            values = np.char.decode(values, "utf-8")
+            # an empty array of objects has no kind, and old versions of xarray cannot write it
+            values = values.astype(object) if values.size else values
         (coords if own["is_coordinate"] else variables)[name] = (own["dims"], values, own["attrs"])
     return xr.Dataset(variables, coords, about["attrs"])
 
