@@ -230,6 +230,6 @@ def test_only_data_of_the_file_itself_are_read(written, change):
     """No link is followed, no other file opened, no array larger than the file made."""
     edit(change)(written)
     with pytest.raises(
-        CorruptFile, match="links are not followed|has its data elsewhere or claims more than the file has"
+        CorruptFile, match=r"links are not followed|has its data elsewhere or claims more than the file has"
     ):
         rd.State.from_file(written)
