@@ -96,8 +96,15 @@ class State:
 
                 def collect(name: str, item: Any) -> None:
                     if isinstance(item, h5py.Dataset):
+                        elsewhere = item.is_virtual or item.external is not None
+                        if elsewhere or item.nbytes > path.stat().st_size:
+                            raise CorruptFile(
+                                f"{path}: '{name}' has its data elsewhere or claims more than the file has"
+                            )
                         arrays[name] = item[()]
 
+                if isinstance(file.get("arrays", getlink=True), h5py.SoftLink | h5py.ExternalLink):
+                    raise CorruptFile(f"{path} has no arrays of its own; links are not followed")
                 file["arrays"].visititems(collect)
                 kind, expected = str(file.attrs["kind"]), str(file.attrs["checksum"])
                 state = cls(kind, arrays, json.loads(file.attrs["attributes"]))

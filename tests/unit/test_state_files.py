@@ -210,3 +210,26 @@ def test_tables_round_trip(packed, tmp_path):
         read_dataset(truncated)
     with pytest.raises(InvalidInput, match="no table at"):
         read_dataset(tmp_path / "no.nc")
+
+
+def linked_elsewhere(file):
+    del file["arrays"]
+    file["arrays"] = h5py.ExternalLink("/tmp/other.h5", "/arrays")
+
+
+def stored_elsewhere(file):
+    file["arrays"].create_dataset("raw", shape=(8,), dtype="u1", external=[("/etc/hostname", 0, 8)])
+
+
+def swollen(file):
+    file["arrays"].create_dataset("swollen", shape=(2**40,), dtype="f8", chunks=(2**16,), compression="gzip")
+
+
+@pytest.mark.parametrize("change", [linked_elsewhere, stored_elsewhere, swollen])
+def test_only_data_of_the_file_itself_are_read(written, change):
+    """No link is followed, no other file opened, no array larger than the file made."""
+    edit(change)(written)
+    with pytest.raises(
+        CorruptFile, match=r"links are not followed|has its data elsewhere or claims more than the file has"
+    ):
+        rd.State.from_file(written)

@@ -28,6 +28,7 @@ def table():
             "q": ("record", np.array([1.0, np.nan, 1 / 3]), {"units": "Pa", "note": "µ"}),
             "is_reached": ("record", np.array([True, False, True])),
             "kind": ("event", np.array(["peak", "Höhe"], dtype=object)),
+            "label": ("event", np.array(["peak", "Höhe"])),
             "count": ((), np.int64(3)),
             "empty": (("record", "none"), np.zeros((3, 0))),
         },
@@ -58,6 +59,9 @@ def test_what_is_written_is_read(store, file):
     assert list(parts) == ["state", "curve"]
     assert parts["curve"].identical(PARTS["curve"])
     assert list(parts["curve"].variables) == list(PARTS["curve"].variables)
+    assert [each.dtype for each in parts["curve"].variables.values()] == [
+        v.dtype for v in PARTS["curve"].variables.values()
+    ]
     assert parts["state"].checksum == PARTS["state"].checksum
     assert store.keys() == {UNIT.key}
     assert file == store.file(UNIT.key)

@@ -23,7 +23,7 @@ def probe(
 ) -> None:
     """Probe a state in all directions of the Rendulic plane and draw its circular diagram.
 
-    Example: rendulic probe demo/state_eta_0.480.h5 --norm 5e-5 --norm 2e-4 --step 20 --n-steps 1000 -o demo/again
+    Example: rendulic probe demo/paper_seed_1/state_eta_0.480.h5 --norm 5e-5 --norm 2e-4 --step 20 --n-steps 1000 -o demo/again
     """
     from rendulic import figures
     from rendulic.cli.specimens import read_specimen

@@ -28,7 +28,8 @@ def run(
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; one per core if not given.")] = None,
     scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler whose workers see the folder, too.")
+        str | None,
+        typer.Option(help="Address or scheduler file of a Dask scheduler whose workers see the folder, too."),
     ] = None,
     retry: Annotated[bool, typer.Option("--retry", help="Try again what the mechanics refused before.")] = False,
     repair: Annotated[

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import time
 from collections.abc import Mapping
 from concurrent.futures import CancelledError
 from contextlib import suppress
@@ -19,6 +20,7 @@ __all__ = ["ClusterWorkers", "carry_out_on_worker"]
 
 TOPIC = "rendulic"
 PATIENCE = 30  # seconds for the scheduler to answer
+SECONDS_PER_COUNT = 10.0  # between counts of the workers, which come and go
 
 
 class ClusterWorkers:
@@ -29,7 +31,8 @@ class ClusterWorkers:
     folder : path
         Of the study, under the same name on all machines.
     address : str
-        Of the scheduler, as `tcp://host:8786`, or `tls://host:8786` with the certificates of Dask's configuration.
+        Of the scheduler, as `tcp://host:8786`, or `tls://host:8786` with the certificates of Dask's configuration; or
+        the name of its scheduler file.
 
     Raises
     ------
@@ -52,16 +55,20 @@ class ClusterWorkers:
         self._events: SimpleQueue[Event] = SimpleQueue()
         self._futures: dict[str, Any] = {}
         try:
-            self._client = Client(address, timeout=PATIENCE, set_as_default=False)
+            where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
+            self._client = Client(**where, timeout=PATIENCE, set_as_default=False)
         except (OSError, TimeoutError, ValueError, ImportError) as error:
             raise InvalidInput(f"no Dask scheduler at {address}: {error or type(error).__name__}") from None
-        self.capacity = sum(self._client.nthreads().values())
+        self._count()
         if not self.capacity:
             self.close()
             raise InvalidInput(f"the Dask scheduler at {address} has no workers: start some first")
-        # enough that no worker waits for the next order
-        self.ahead = self.capacity
         self._client.subscribe_topic(TOPIC, self._hear)
+
+    def _count(self) -> None:
+        """How many units run at once now, and as many more, so that no worker waits for its next order."""
+        self.capacity = self.ahead = sum(self._client.nthreads().values())
+        self._counted = time.monotonic()
 
     def _hear(self, message: tuple[Any, Any]) -> None:
         told = message[1] if isinstance(message, tuple) else message
@@ -79,6 +86,9 @@ class ClusterWorkers:
 
     def events(self, seconds: float) -> list[Event]:
         """What happened, after so many seconds at most."""
+        if self._client.status == "running" and time.monotonic() - self._counted > SECONDS_PER_COUNT:
+            with suppress(OSError, TimeoutError):
+                self._count()
         happened = []
         with suppress(Empty):
             event = self._events.get(timeout=seconds)

@@ -189,13 +189,19 @@ def read_element_study(path: str | os.PathLike) -> ElementStudy:
 
 def check_states(study: ElementTests) -> None:
     """Raise `InvalidInput`, which names the test, if the material admits no such virgin state."""
-    for test in study.test:
-        _point(study, test)
+    if not study.test:
+        return
+    model = _model(study)
+    for test in {(test.pressure_pa, test.void_ratio): test for test in study.test}.values():
+        _point(model, test)
 
 
-def _point(study: ElementTests, test: ElementTest) -> MaterialPoint:
+def _model(study: ElementTests) -> ChangHicher:
     how = study.model
-    model = ChangHicher(rule=_rule(how.sphere_rule), formulation=how.formulation, **study.material.model_dump())
+    return ChangHicher(rule=_rule(how.sphere_rule), formulation=how.formulation, **study.material.model_dump())
+
+
+def _point(model: ChangHicher, test: ElementTest) -> MaterialPoint:
     try:
         return model.at(test.pressure_pa, test.void_ratio)
     except InvalidInput as error:
@@ -204,7 +210,7 @@ def _point(study: ElementTests, test: ElementTest) -> MaterialPoint:
 
 def follow_test(study: ElementTests, test: ElementTest, progress: Progress = silent) -> xr.Dataset:
     """All legs of a test as one curve, with the coordinate `leg`."""
-    point, tolerance = _point(study, test), study.model.tolerance
+    point, tolerance = _point(_model(study), test), study.model.tolerance
     legs: list[xr.Dataset] = []
     for k, leg in enumerate((test, *test.then)):
         try:

@@ -11,13 +11,17 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import IO, Any
 
 from rendulic.checks import whole_number
 from rendulic.study.executor import Event
 
 __all__ = ["LocalWorkers"]
 
+# one thread for each, and a word on a crash
+ENVIRONMENT = {
+    name: "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "PYTHONFAULTHANDLER")
+}
 PATIENCE = 3.0  # seconds for a worker to end before it is killed
 
 
@@ -80,16 +84,25 @@ class LocalWorkers:
             worker.end()
 
 
+def _complaints(folder: Path) -> IO[bytes]:
+    """Where workers write what is no answer, such as why they crashed; nowhere, if that cannot be written."""
+    try:
+        (folder / "logs").mkdir(parents=True, exist_ok=True)
+        return (folder / "logs" / "workers.log").open("ab")
+    except OSError:
+        return Path(os.devnull).open("ab")
+
+
 class _Worker:
     """One process, and the thread that listens to it."""
 
     def __init__(self, folder: str, events: SimpleQueue) -> None:
         # a session of its own: Ctrl-C in the terminal reaches the process that can stop all of it in order
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "rendulic.study.worker", folder], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL, text=True, encoding="utf-8", start_new_session=True,
-            env=os.environ | {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-        )  # fmt: skip
+        with _complaints(Path(folder)) as complaints:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "rendulic.study.worker", folder], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                stderr=complaints, text=True, encoding="utf-8", start_new_session=True, env=os.environ | ENVIRONMENT,
+            )  # fmt: skip
         self.key, self.events = "", events
         threading.Thread(target=self._listen, daemon=True).start()
 

@@ -139,11 +139,11 @@ def _taken_apart(part: State | xr.Dataset) -> tuple[dict[str, Any], dict[str, np
     variables, arrays = {}, {}
     for name, variable in part.variables.items():
         values = np.asarray(variable.values)
-        is_text = values.dtype.kind in "OU"
-        if is_text:
+        text = values.dtype.kind if values.dtype.kind in "OU" else None
+        if text:
             values = np.char.encode(values.astype(str), "utf-8")
         arrays[str(name)] = values
-        about = {"dims": variable.dims, "attrs": variable.attrs, "is_text": is_text}
+        about = {"dims": variable.dims, "attrs": variable.attrs, "text": text}
         variables[str(name)] = about | {"is_coordinate": name in part.coords}
     return {"is": "dataset", "variables": variables, "attrs": part.attrs}, arrays
 
@@ -157,8 +157,10 @@ def _put_together(about: Mapping[str, Any], arrays: dict[str, np.ndarray]) -> St
     coords: dict[str, tuple] = {}
     for name, own in about["variables"].items():
         values = arrays[name]
-        if own["is_text"]:
-            values = np.char.decode(values, "utf-8").astype(object)
+        if own["text"]:
+            values = np.char.decode(values, "utf-8")
+            # an empty array of objects has no kind, and old versions of xarray cannot write it
+            values = values.astype(object) if own["text"] == "O" and values.size else values
         (coords if own["is_coordinate"] else variables)[name] = (own["dims"], values, own["attrs"])
     return xr.Dataset(variables, coords, about["attrs"])
 

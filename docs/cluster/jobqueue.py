@@ -1,0 +1,27 @@
+"""A study on workers that dask-jobqueue asks SLURM for. Run on a login node: python jobqueue.py study.toml results
+
+Needs `pip install 'rendulic[cluster]' dask-jobqueue`. Every worker is a job of its own, with one thread; the folder must be
+on a file system that all nodes share.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from dask_jobqueue import SLURMCluster
+
+from rendulic.study.campaign import run_study
+from rendulic.study.cluster import ClusterWorkers
+from rendulic.study.study_file import read_study
+
+if __name__ == "__main__":
+    study, folder = sys.argv[1:]
+    with SLURMCluster(cores=1, processes=1, memory="2GB", walltime="24:00:00", nanny=False) as cluster:
+        cluster.scale(64)
+        cluster.wait_for_workers(8)  # more are used as they come
+        report = run_study(
+            read_study(study), folder, executor=lambda where: ClusterWorkers(where, cluster.scheduler_address)
+        )
+    for unit, error in report.outcome.failed.items():
+        sys.stderr.write(f"failed: {unit.label}: {error}\n")
+    sys.exit(3 if report.outcome.failed else 0)
