@@ -24,7 +24,7 @@ MIRRORED = {
     "contributing.md": "CONTRIBUTING.md",
     "changelog.md": "CHANGELOG.md",
 }
-LINK = re.compile(r"\]\((?!https?:|#)([^)\s]+)\)")
+LINK = re.compile(r"\[([^]]*)\]\((?!https?:|#)([^)\s]+)\)")
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -45,14 +45,14 @@ def mirrored(source: str) -> str:
     pages = {(ROOT / path).resolve(): page for page, path in MIRRORED.items()}
 
     def turned(match: re.Match[str]) -> str:
-        path, _, anchor = match[1].partition("#")
+        path, _, anchor = match[2].partition("#")
         target = (here / path).resolve()
         if target in pages:
             place = pages[target]
         elif target.is_relative_to(ROOT / "docs"):
             place = target.relative_to(ROOT / "docs").as_posix()
         else:
-            raise ValueError(f"{source} links to {match[1]}, which is no page of the site: link to a page or in words")
-        return f"]({place}{'#' if anchor else ''}{anchor})"
+            return match[1]  # a file that is no page: its name is enough
+        return f"[{match[1]}]({place}{'#' if anchor else ''}{anchor})"
 
     return LINK.sub(turned, (ROOT / source).read_text(encoding="utf-8"))

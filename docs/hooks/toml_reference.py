@@ -116,7 +116,7 @@ def _words(annotation: Any) -> str:
     if origin in (Union, UnionType):
         return " or ".join(_words(one) for one in inner if one is not type(None))
     if origin in (tuple, list):
-        many = len(inner) == 2 and inner[1] is Ellipsis or origin is list
+        many = (len(inner) == 2 and inner[1] is Ellipsis) or origin is list
         return f"list of {_words(inner[0])}" if many else f"{len(inner)} of {_words(inner[0])}"
     model, _ = _inner(annotation)
     return f"table, as `{model.__name__}`" if model else "value"
