@@ -39,6 +39,12 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
+def on_post_page(output: str, page: Any, config: Any) -> str:
+    """The page without its one script from the network, which the search needs in a folder: a copy is in assets."""
+    up = "../" * page.url.count("/")
+    return output.replace("https://unpkg.com/iframe-worker/shim", f"{up}assets/iframe-worker.js")
+
+
 def mirrored(source: str) -> str:
     """The text of a file of the repository, with its links turned to pages of the site."""
     here = (ROOT / source).parent

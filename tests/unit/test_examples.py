@@ -42,4 +42,5 @@ def test_examples_are_many_and_short():
     for path in EXAMPLES:
         lines = path.read_text(encoding="utf-8").splitlines()
         assert len(lines) < 80, path
-        assert lines[0].startswith('"""') and len(lines[0]) <= 100, path
+        assert lines[0].startswith('"""'), path
+        assert len(lines[0]) <= 100, path
