@@ -40,6 +40,13 @@ def test_example_of_the_help(name, folder):
     Reader(folder).command(example_of(COMMANDS[name]), f"the example of `rendulic {name} --help`")
 
 
+def test_example_of_the_overview(tmp_path):
+    """`rendulic --help` has an example, too, which runs."""
+    Reader(tmp_path).command(
+        re.fullmatch(r"Example: (.+?)\. .+", app.info.epilog)[1], "the example of `rendulic --help`"
+    )
+
+
 def test_help_says_the_same_as_the_program(tmp_path):
     """`rendulic --help` names every command, and each command's help shows its example."""
     reader = Reader(tmp_path)
