@@ -19,7 +19,7 @@ def probe(
     n_steps: Annotated[int, typer.Option(min=1, help="Time steps up to the smallest norm.")] = 5000,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for data and figures.")] = Path("probes"),
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core if not given.")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the result.")] = False,
 ) -> None:
     """Probe a state in all directions of the Rendulic plane and draw its circular diagram.
 

@@ -1,0 +1,71 @@
+"""The help of every command ends with an example that works when pasted; the shell can complete commands."""
+
+from __future__ import annotations
+
+import re
+import shutil
+
+import pytest
+import typer
+from pages import ROOT, Reader
+
+import rendulic as rd
+from rendulic.cli.main import app
+
+COMMANDS = typer.main.get_command(app).commands
+EXAMPLE = re.compile(r"Example: (.+?)\s*(?:\n\n|$)", re.DOTALL)
+
+
+def example_of(command) -> str:
+    found = EXAMPLE.search(command.help or "")
+    assert found, f"the help of `rendulic {command.name}` has no line that begins with 'Example: '"
+    return " ".join(found[1].split())
+
+
+@pytest.fixture
+def folder(tmp_path, packed, sheared_state):
+    """What the examples speak of: two states, and the folder that `make demo` leaves."""
+    packed.save().to_file(tmp_path / "before.h5")
+    packed.probe([1e-4, -5e-5, -5e-5], n_steps=100)
+    packed.save().to_file(tmp_path / "after.h5")
+    (tmp_path / "demo").mkdir()
+    shutil.copy(tmp_path / "before.h5", tmp_path / "demo" / "specimen.h5")
+    sheared_state.to_file(tmp_path / "demo" / "state_eta_0.480.h5")
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_example_of_the_help(name, folder):
+    """Pasted into a shell, the example runs."""
+    Reader(folder).command(example_of(COMMANDS[name]), f"the example of `rendulic {name} --help`")
+
+
+def test_example_of_the_overview(tmp_path):
+    """`rendulic --help` has an example, too, which runs."""
+    Reader(tmp_path).command(
+        re.fullmatch(r"Example: (.+?)\. .+", app.info.epilog)[1], "the example of `rendulic --help`"
+    )
+
+
+def test_help_says_the_same_as_the_program(tmp_path):
+    """`rendulic --help` names every command, and each command's help shows its example."""
+    reader = Reader(tmp_path)
+    overview = reader.command("rendulic --help", "help")
+    assert all(name in overview for name in COMMANDS)
+    for name, command in COMMANDS.items():
+        shown = " ".join(reader.command(f"rendulic {name} --help", name).replace("│", " ").split())
+        assert example_of(command) in shown
+
+
+@pytest.mark.parametrize(("typed", "completed"), [("rendulic re", "reproduce"), ("rendulic element --in", "--init")])
+def test_the_shell_completes(typed, completed, tmp_path):
+    """What a shell asks for when Tab is pressed, answered as bash expects it."""
+    words = len(typed.split()) - 1
+    asked = f'_RENDULIC_COMPLETE=complete_bash COMP_WORDS="{typed}" COMP_CWORD={words} rendulic'
+    assert completed in Reader(tmp_path).command(asked, "completion").split()
+
+
+def test_version_is_that_of_the_package(tmp_path):
+    """One version."""
+    assert rd.__version__ in Reader(tmp_path).command("rendulic --version", "version")
+    assert f'version = "{rd.__version__}"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
