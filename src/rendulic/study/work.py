@@ -22,7 +22,6 @@ from rendulic.study.config import Contact, Loading, ProbeSet
 from rendulic.study.element import ElementStudy, follow_test
 from rendulic.study.sands import around_and_within, sand_bursts, sand_map
 from rendulic.study.store import Store
-from rendulic.study.unit import check_order
 from rendulic.tensors.rendulic_plane import increment_along
 
 if TYPE_CHECKING:
@@ -49,14 +48,11 @@ def carry_out(order: Mapping[str, Any], folder: str | Path, progress: Progress =
 
     Raises
     ------
-    InvalidInput
-        If the order comes from another version of rendulic.
     CorruptFile
         If a result it starts from is damaged.
     RendulicError
         If the mechanics does not get there.
     """
-    check_order(order)
     store = Store(folder)
     needs = {role: store.read(key) for role, key in order["needs"].items()}
     return WORK[order["kind"]](order["inputs"], needs, progress, threads)
