@@ -14,14 +14,19 @@ from pydantic_core import PydanticUndefined
 # every file that a user writes: title, model, and what it is for
 FILES = (
     (
-        "A study of grains",
-        "rendulic.study.config:GrainStudy",
-        "One packing, sheared and probed. The presets of `rendulic reproduce` are such studies.",
+        "Studies",
+        "rendulic.study.config:Study",
+        "For `rendulic run`; `rendulic init study.toml` writes a commented file to begin with. See [Studies](../studies.md).",
     ),
     (
         "Element tests",
         "rendulic.study.element:ElementStudy",
         "For `rendulic element`; `rendulic element tests.toml --init` writes a commented file to begin with.",
+    ),
+    (
+        "Laboratory tests",
+        "rendulic.study.lab:LabTest",
+        "For `rendulic lab`; `rendulic lab test.toml --init` writes one. See [Laboratory tests](../lab_data.md).",
     ),
     (
         "The box of a snapshot in plain text",
@@ -54,7 +59,7 @@ def sections(model: type[BaseModel], path: str) -> list[str]:
     own = {name: field for name, field in model.model_fields.items() if not _is_section(field)}
     parts = []
     if path:
-        parts.append(f"### `[{path}]`\n\n{(model.__doc__ or '').strip()}\n\n")
+        parts.append(f"### `[{path}]`\n\n{(model.__doc__ or '').strip().partition(chr(10) * 2)[0]}\n\n")
     if own:
         parts.append("| key | value | if left out | meaning |\n|---|---|---|---|\n")
         parts += [
@@ -64,7 +69,7 @@ def sections(model: type[BaseModel], path: str) -> list[str]:
     for name, field in model.model_fields.items():
         if _is_section(field):
             inner, many = _inner(field.annotation)
-            below = f"{path}.{name}" if path else name
+            below = f"{path.strip('[]')}.{name}" if path else name
             parts += sections(inner, f"[{below}]" if many else below)
     return parts
 
@@ -81,8 +86,7 @@ def _inner(annotation: Any) -> tuple[type[BaseModel] | None, bool]:
 
 
 def _is_section(field: FieldInfo) -> bool:
-    model, many = _inner(field.annotation)
-    return model is not None and not (many and not field.is_required())
+    return _inner(field.annotation)[0] is not None
 
 
 def _values(field: FieldInfo) -> str:
