@@ -22,7 +22,7 @@ from rendulic.study.store import Store
 from rendulic.study.study_file import study_from, with_figures
 from rendulic.study.unit import RESULTS, Unit
 
-__all__ = ["Report", "recorded", "run_study"]
+__all__ = ["Report", "recorded", "recorded_plan", "run_study"]
 
 RECORD = "study.json"
 
@@ -119,7 +119,13 @@ def _units(plan: Plan, wanted: list[str] | None) -> dict[str, Unit]:
 
 
 def recorded(folder: str | os.PathLike) -> tuple[dict[str, Unit], Store]:
-    """The units of the study that a folder was last run with, and its store.
+    """The units of the study that a folder was last run with, and its store; raises as `recorded_plan`."""
+    _, units, store = recorded_plan(folder)
+    return units, store
+
+
+def recorded_plan(folder: str | os.PathLike) -> tuple[Plan, dict[str, Unit], Store]:
+    """The plan of the study that a folder was last run with, those of its units that were asked for, and the store.
 
     Raises
     ------
@@ -135,5 +141,5 @@ def recorded(folder: str | os.PathLike) -> tuple[dict[str, Unit], Store]:
             f"{store.folder} was written by rendulic {found.get('rendulic')}, whose results this version ({__version__}) does "
             "not read: use that version, or run the study again"
         )
-    study = study_from(found["study"], str(store.folder / RECORD))
-    return _units(plan_of(study), found.get("figures")), store
+    plan = plan_of(study_from(found["study"], str(store.folder / RECORD)))
+    return plan, _units(plan, found.get("figures")), store

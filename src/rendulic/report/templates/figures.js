@@ -1,0 +1,132 @@
+"use strict";
+// Figures of plain data: colours by name from the style sheet, one family and one frame at a time.
+const colourOf = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+/** The value with every name of a colour replaced by the colour. */
+function coloured(value) {
+  if (typeof value === "string") return value.startsWith("--") ? colourOf(value) : value;
+  if (Array.isArray(value)) return typeof value[0] === "number" ? value : value.map(coloured);
+  if (value && typeof value === "object") {
+    return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, coloured(inner)]));
+  }
+  return value;
+}
+
+/** What all layouts share, in the colours of now. */
+function theme() {
+  const [ink, muted, line, paper] = ["--ink", "--muted", "--line", "--paper"].map(colourOf);
+  const axis = { gridcolor: line, linecolor: muted, zerolinecolor: muted, tickcolor: muted, automargin: true };
+  const bare = { gridcolor: line, linecolor: muted, color: muted };
+  return { layout: {
+    font: { family: "system-ui, sans-serif", size: 13, color: ink },
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+    margin: { l: 60, r: 16, t: 30, b: 50 }, hovermode: "closest", dragmode: "zoom",
+    hoverlabel: { bgcolor: paper, bordercolor: muted, font: { color: ink } },
+    xaxis: axis, yaxis: axis,
+    polar: { bgcolor: "rgba(0,0,0,0)", angularaxis: bare, radialaxis: bare },
+    scene: { dragmode: "turntable", xaxis: bare, yaxis: bare, zaxis: bare },
+  } };
+}
+
+/** A control with its label, into a box. */
+function labelled(box, text, control) {
+  const label = document.createElement("label");
+  label.append(text, control);
+  box.append(label);
+  return control;
+}
+
+function chooser(options) {
+  const select = document.createElement("select");
+  for (const [value, text] of options) select.append(new Option(text, value));
+  return select;
+}
+
+class PlotFigure {
+  constructor(element, data) {
+    this.element = element;
+    this.data = data;
+    this.plot = element.querySelector(".plot");
+    this.box = element.querySelector(".controls");
+    this.family = 0;
+    this.frame = this.frameAt(data.start);
+    this.isDrawn = false;
+    this.addControls();
+  }
+
+  get frames() { return this.data.families[this.family].frames; }
+  frameAt(index) { return index < 0 ? this.frames.length + index : index; }
+
+  addControls() {
+    const { families } = this.data;
+    if (families.length > 1) {
+      this.select = labelled(this.box, this.data.choice, chooser(families.map((each, k) => [k, each.label])));
+      this.select.addEventListener("change", () => this.show(Number(this.select.value), this.frames[this.frame].label));
+    }
+    if (families.some(each => each.frames.length > 1)) {
+      this.slider = document.createElement("input");
+      Object.assign(this.slider, { type: "range", min: 0, step: 1 });
+      labelled(this.box, this.data.slide, this.slider);
+      this.told = document.createElement("output");
+      this.slider.after(this.told);
+      this.slider.addEventListener("input", () => moveTogether(this, Number(this.slider.value)));
+    }
+    this.tellControls();
+  }
+
+  tellControls() {
+    if (this.select) this.select.value = this.family;
+    if (!this.slider) return;
+    const { label } = this.frames[this.frame];
+    Object.assign(this.slider, { max: this.frames.length - 1, value: this.frame });
+    this.slider.setAttribute("aria-valuetext", label);
+    this.told.textContent = label;
+  }
+
+  /** Show a family, at the frame of this label if it has it. */
+  show(family, label) {
+    this.family = family;
+    const found = this.frames.findIndex(each => each.label === label);
+    this.frame = found >= 0 ? found : Math.min(this.frame, this.frames.length - 1);
+    this.tellControls();
+    if (this.isDrawn) this.draw();
+  }
+
+  /** Show the frame of this label, in the present family or the first that has it. */
+  showLabel(label) {
+    const has = family => family.frames.some(each => each.label === label);
+    const family = has(this.data.families[this.family]) ? this.family : this.data.families.findIndex(has);
+    if (family >= 0) this.show(family, label);
+    return family >= 0;
+  }
+
+  traces() { return [...this.data.fixed, ...this.frames[this.frame].data]; }
+
+  draw() {
+    this.isDrawn = true;
+    const layout = { ...coloured(this.data.layout), template: theme(), autosize: true, uirevision: this.family };
+    const narrow = this.plot.clientWidth < 520;
+    if (narrow && layout.grid) stack(layout);
+    if (narrow && layout.polar) layout.margin = { l: 45, r: 45, t: 30, b: 30 };
+    return Plotly.react(this.plot, coloured(this.traces()), layout, {
+      responsive: true, displaylogo: false, showTips: false,
+      modeBarButtonsToRemove: ["select2d", "lasso2d", "toImage"],
+    }).then(() => this.listen());
+  }
+
+  listen() {
+    if (this.listens) return;
+    this.listens = true;
+    this.plot.on("plotly_click", event => {
+      const state = event.points[0].customdata;
+      if (event.points[0].data.name === "state" && typeof state === "string") chooseState(state);
+    });
+  }
+}
+
+/** Panels of a grid below each other, for narrow screens. */
+function stack(layout) {
+  const count = layout.grid.rows * layout.grid.columns;
+  layout.grid = { ...layout.grid, rows: count, columns: 1, ygap: 0.3 };
+  layout.height = 300 * count;
+}
