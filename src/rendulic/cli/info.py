@@ -44,34 +44,28 @@ def info(
 
 
 def _of_study(folder: Path, check: bool) -> None:
-    from collections import Counter
-
     from rendulic.study.campaign import recorded
+    from rendulic.study.status import status_of
 
-    units, store = recorded(folder)
-    found = store.keys()
-    damaged = store.damaged(found & set(units)) if check else {}
-    running = (store.read_json("running.json") or {}) if store.is_claimed() else {}
-    failed = {key: note for key, note in store.failures().items() if key in units and key not in found}
-    total, done = Counter(unit.kind for unit in units.values()), Counter(units[key].kind for key in found & set(units))
-    typer.echo(f"{folder}: {sum(done.values())} of {len(units)} units are done")
-    for kind, count in total.items():
-        typer.echo(f"  {kind:<12} {done[kind]} of {count}")
-    for key in set(units) & set(running) - found:
-        share = running[key]
+    status = status_of(folder)
+    typer.echo(f"{folder}: {status.done} of {status.total} units are done")
+    for kind, (done, count) in status.kinds.items():
+        typer.echo(f"  {kind:<12} {done} of {count}")
+    for unit, share in status.running.items():
         far = f" {100 * share[0] / share[1]:.0f} %, {share[2]}" if share and share[1] else ""
-        typer.echo(f"  running: {units[key].label}{far}")
-    for note in failed.values():
-        typer.echo(f"  failed: {note['label']}: {note['error']}")
-    for error in damaged.values():
-        typer.echo(f"  damaged: {error}")
-    missing = [unit.label for key, unit in units.items() if key not in found | set(running) | set(failed)]
-    for label in missing[:SHOWN]:
-        typer.echo(f"  missing: {label}")
-    if len(missing) > SHOWN:
-        typer.echo(f"  and {len(missing) - SHOWN} more")
-    if others := len(found - set(units)):
-        typer.echo(f"  {others} more results of other versions of the study are kept")
+        typer.echo(f"  running: {unit.label}{far}")
+    for unit, why in status.failed.items():
+        typer.echo(f"  failed: {unit.label}: {why}")
+    if check:
+        units, store = recorded(folder)
+        for error in store.damaged(store.keys() & set(units)).values():
+            typer.echo(f"  damaged: {error}")
+    for unit in status.missing[:SHOWN]:
+        typer.echo(f"  missing: {unit.label}")
+    if len(status.missing) > SHOWN:
+        typer.echo(f"  and {len(status.missing) - SHOWN} more")
+    if status.others:
+        typer.echo(f"  {status.others} more results of other versions of the study are kept")
 
 
 def _eta(specimen: Specimen) -> float:

@@ -12,8 +12,10 @@ from rendulic.cli.element import element
 from rendulic.cli.info import info
 from rendulic.cli.init import init
 from rendulic.cli.probe import probe
+from rendulic.cli.report import report
 from rendulic.cli.reproduce import reproduce
 from rendulic.cli.run import run as run_command
+from rendulic.cli.view import view
 from rendulic.errors import RendulicError
 
 app = typer.Typer(
@@ -25,6 +27,8 @@ app = typer.Typer(
 app.command()(reproduce)
 app.command()(init)
 app.command(name="run")(run_command)
+app.command()(report)
+app.command()(view)
 app.command()(element)
 app.command()(analyze)
 app.command()(info)

@@ -52,20 +52,25 @@ def _around(families: dict[str, dict[Place, xr.Dataset]]) -> Figure:
                 axis = str(k + 1) if k else ""
                 traces.append({
                     "type": "scatter", "mode": "lines+markers", "name": name, "legendgroup": name, "showlegend": k == 0,
-                    "x": numbers(data.alpha.values), "y": numbers(pick(data).values), "xaxis": f"x{axis}", "yaxis": f"y{axis}",
+                    "x": numbers(data.alpha.values), "y": numbers(pick(data).values),
+                    "xaxis": f"x{axis}", "yaxis": f"y{axis}",
                     "line": {"color": colour, "width": 1.5}, "marker": {"size": 4},
                     "hovertemplate": "α = %{x:.4g}°<br>%{y:.3g}<extra>" + name + "</extra>",
                 })  # fmt: skip
         shown[label] = {"": traces}
-    layout: dict = {"height": 640, "legend": {"orientation": "h", "y": 1.08, "yanchor": "bottom"},
-                    "grid": {"rows": 2, "columns": 2, "pattern": "independent", "ygap": 0.28, "xgap": 0.16}}  # fmt: skip
+    layout: dict = {
+        "height": 640, "legend": {"orientation": "h", "y": 1.08, "yanchor": "bottom"},
+        "grid": {"rows": 2, "columns": 2, "pattern": "independent", "ygap": 0.28, "xgap": 0.16},
+    }  # fmt: skip
     for k, (title, _) in enumerate(PANELS):
         axis = str(k + 1) if k else ""
         layout[f"xaxis{axis}"] = {"dtick": 90, "range": [-5, 365], "title": {"text": "α [°]"}}
         layout[f"yaxis{axis}"] = {"title": {"text": title, "font": {"size": 11}}}
     caption = (
-        "Against the direction of the increment: the share of contacts whose second-order work is negative; their work over that of the others; the "
-        "fewest contacts that carry half of the negative work; and how much of it is in sliding contacts. The table has the most unstable direction."
+        "Against the direction of the increment: the share of contacts whose second-order work is negative; their work "
+        "over that of the others; the "
+        "fewest contacts that carry half of the negative work; and how much of it is in sliding contacts. The table "
+        "has the most unstable direction."
     )
     return Figure("anatomy", caption, shown, layout, choice="Packing and probes")
 
@@ -77,13 +82,15 @@ def _table(families: dict[str, dict[Place, xr.Dataset]]) -> Table:
             one = data.isel(alpha=int(np.nanargmin(data.w2_normalised.values)))
             before, carry = one.sel(instant="before"), one.sel(which="carriers")
             rows.append([
-                str(place), f"{float(one.alpha):g}", f"{float(one.w2_normalised):+.3f}", f"{100 * float(one.negative_contacts):.0f} %",
-                f"{float(one.negative_over_positive):.2f}", f"{100 * float(one.carriers):.1f} %", f"{float(carry.cluster_index):.3f}",
+                str(place), f"{float(one.alpha):g}", f"{float(one.w2_normalised):+.3f}",
+                f"{100 * float(one.negative_contacts):.0f} %",
+                f"{float(one.negative_over_positive):.2f}", f"{100 * float(one.carriers):.1f} %",
+                f"{float(carry.cluster_index):.3f}",
                 verdict_of(float(carry.cluster_score)), f"{float(before.mechanical_coordination):.2f}",
                 f"{float(before.fabric_anisotropy):+.2f}",
             ])  # fmt: skip
-    heads = ("state", "α [°]", "W2n", "negative contacts", "negative / positive", "carriers of half", "Moran's I of these",
-             "they are", "coordination without rattlers", "fabric")  # fmt: skip
+    heads = ("state", "α [°]", "W2n", "negative contacts", "negative / positive", "carriers of half",
+             "Moran's I of these", "they are", "coordination without rattlers", "fabric")  # fmt: skip
     return Table("The most unstable direction of each state", heads, rows, goes_to=[row[0] for row in rows])
 
 

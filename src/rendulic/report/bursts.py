@@ -18,8 +18,10 @@ def bursts(findings: Findings) -> Section | None:
         "bursts",
         "Bursts: predicted and observed failure",
         [
-            "Each state is pushed in a direction and then left to itself under the load it had. Failure is predicted where second-order work is negative "
-            f"from the size of the push to ten times it. Not counted are directions closer than {MARGIN:g} degrees to an edge of a cone, and stable "
+            "Each state is pushed in a direction and then left to itself under the load it had. Failure is predicted "
+            "where second-order work is negative "
+            f"from the size of the push to ten times it. Not counted are directions closer than {MARGIN:g} degrees to "
+            "an edge of a cone, and stable "
             "ones whose opposite is unstable."
         ],
         [_summary(findings), _every(findings)],
@@ -37,7 +39,7 @@ def _summary(findings: Findings) -> Table:
         marks.append("good" if good == count else "doubtful" if good else "bad")
         targets.append(str(place))
     heads = ("state", "bursts", "prediction agrees", "predicted to fail", "failed", "directions")
-    return Table("How many directions agree", heads, rows, marks=marks, goes_to=targets)
+    return Table("How many directions agree", heads, rows, marks=marks, marked=2, goes_to=targets)
 
 
 def _every(findings: Findings) -> Table:
@@ -48,9 +50,10 @@ def _every(findings: Findings) -> Table:
             one = table.isel(alpha=k)
             rows.append([
                 str(place), f"{float(one.alpha):.4g}", f"{float(one.ratio):.3g}", f"{float(one.w2_normalised):+.3f}",
-                f"{float(one.w2_normalised_lasting):+.3f}", "fails" if one.predicted else "settles", VERDICTS[int(one.verdict)],
+                f"{float(one.w2_normalised_lasting):+.3f}", "fails" if one.predicted else "settles",
+                VERDICTS[int(one.verdict)],
                 "not counted" if not counted[k] else "agrees" if agrees[k] else "disagrees",
             ])  # fmt: skip
             marks.append("" if not counted[k] else "good" if agrees[k] else "bad")
     heads = ("state", "α [°]", "R", "W2n", "lasting W2n", "predicted", "observed", "judged")
-    return Table("Every burst", heads, rows, marks=marks, filter_by="judged")
+    return Table("Every burst", heads, rows, marks=marks, marked=7, filter_by="judged")

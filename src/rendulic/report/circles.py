@@ -9,6 +9,7 @@ import numpy as np
 
 from rendulic.report.figure import Figure, Section, Table, Trace, numbers, sequence
 from rendulic.report.findings import Findings, panel_label
+from rendulic.report.spheres import ball, dots, scene
 from rendulic.study.plan import Place
 from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
 
@@ -24,12 +25,29 @@ TURN = list(range(0, 361, 3))
 def circles(findings: Findings) -> Section | None:
     """Of every set of probes in the Rendulic plane, packing and size."""
     families = dict(_families(findings))
-    if not families:
+    spheres = dict(_spheres(findings))
+    if not families and not spheres:
         return None
-    diagram = Figure(
+    parts: list[Figure | Table] = []
+    if families:
+        parts += [_diagram(families), _table(families)]
+    with_grains = {
+        label: frames for label, frames in families.items() if all("w2_boundary" in data for data in frames.values())
+    }
+    if with_grains:
+        parts.append(_macro_micro(with_grains))
+    if spheres:
+        parts.append(_sphere(spheres))
+    return Section("directions", "Second-order work by direction", parts=parts)
+
+
+def _diagram(families: dict[str, Frames]) -> Figure:
+    return Figure(
         "circles",
-        "Normalised second-order work W2n of probes from each state, by direction of the strain increment in the Rendulic "
-        "plane (stress increment for stress probes): distance from the centre, −1 there, 0 on the dashed circle. Within the "
+        "Normalised second-order work W2n of probes from each state, by direction of the strain increment in the "
+        "Rendulic "
+        "plane (stress increment for stress probes): distance from the centre, −1 there, 0 on the dashed circle. "
+        "Within the "
         "circle, second-order work is negative. Open dots do not exceed the drift of the null probe. The table below "
         "says the smallest of each state.",
         {label: _diagrams(frames) for label, frames in families.items()},
@@ -40,13 +58,6 @@ def circles(findings: Findings) -> Section | None:
         start=-1,
         linked="state",
     )
-    parts: list[Figure | Table] = [diagram, _table(families)]
-    with_grains = {
-        label: frames for label, frames in families.items() if all("w2_boundary" in data for data in frames.values())
-    }
-    if with_grains:
-        parts.append(_macro_micro(with_grains))
-    return Section("directions", "Second-order work by direction", parts=parts)
 
 
 def _families(findings: Findings) -> Iterator[tuple[str, Frames]]:
@@ -56,7 +67,9 @@ def _families(findings: Findings) -> Iterator[tuple[str, Frames]]:
         unit = "" if chosen.kind == "strain" else " Pa"
         for norm in sorted(chosen.norms, key=lambda norm: norm != first):
             for panel in dict.fromkeys((place.packing, place.seed) for place in found):
-                frames = {place: data.sel(norm=norm).sortby("alpha") for place, data in found.items() if place[:2] == panel}
+                frames = {
+                    place: data.sel(norm=norm).sortby("alpha") for place, data in found.items() if place[:2] == panel
+                }
                 yield f"{panel_label(panel)}, {chosen.kind} probes '{chosen.name}' of {norm:g}{unit}", frames
 
 
@@ -77,7 +90,7 @@ def _curve(place: Place, data: xr.Dataset, colour: str, is_chosen: bool) -> Trac
     values = [*numbers(work), *numbers(work[:1])]
     trace: Trace = {
         "type": "scatterpolar", "theta": around, "r": values, "name": f"η = {place.eta:g}",
-        "line": {"color": colour, "width": 3 if is_chosen else 1.2}, "opacity": 1.0 if is_chosen else 0.45,
+        "line": {"color": colour, "width": 3 if is_chosen else 1.2}, "opacity": 1.0 if is_chosen else 0.6,
     }  # fmt: skip
     if not is_chosen:
         return trace | {"mode": "lines", "hoverinfo": "skip"}
@@ -110,7 +123,12 @@ def _polar() -> dict[str, Any]:
         "height": 560,
         "polar": {
             "radialaxis": {"range": [-1.0, 1.0], "angle": 0, "tickangle": 0, "dtick": 0.5},
-            "angularaxis": {"tickmode": "array", "tickvals": list(marks), "ticktext": words, "direction": "counterclockwise"},
+            "angularaxis": {
+                "tickmode": "array",
+                "tickvals": list(marks),
+                "ticktext": words,
+                "direction": "counterclockwise",
+            },
         },
         "legend": {"orientation": "h", "y": -0.08, "yanchor": "top"},
         "margin": {"l": 70, "r": 70, "t": 40, "b": 40},
@@ -131,14 +149,15 @@ def _table(families: dict[str, Frames]) -> Table:
             targets.append(str(place))
             marks.append("bad" if work < 0.0 and sure else "doubtful" if not sure else "")
     heads = ("state", "probes", "smallest W2n", "at α [°]", "directions with W2 < 0", "larger than the drift")
-    return Table("Smallest normalised second-order work", heads, rows, goes_to=targets, marks=marks)
+    return Table("Smallest normalised second-order work", heads, rows, goes_to=targets, marks=marks, marked=2)
 
 
 def _macro_micro(families: dict[str, Frames]) -> Figure:
     largest = max(float(data.identity_residual.max()) for frames in families.values() for data in frames.values())
     return Figure(
         "macro-micro",
-        "Second-order work of the boundary (line), and of all contacts and grains (circles), which must lie on it; crosses are the paper's sum "
+        "Second-order work of the boundary (line), and of all contacts and grains (circles), which must lie on it; "
+        "crosses are the paper's sum "
         f"over contacts in both states. Largest residual of the identity here: {largest:.1e} of its largest term.",
         {label: {str(place): _works(data) for place, data in frames.items()} for label, frames in families.items()},
         {
@@ -162,7 +181,10 @@ def _works(data: xr.Dataset) -> list[Trace]:
             "micro: contacts and grains", data.w2_contacts + data.w2_grains,
             {"mode": "markers", "marker": {"color": "--c1", "symbol": "circle-open", "size": 9, "line": {"width": 2}}},
         ),
-        ("micro: the paper's sum", data.w2_paper, {"mode": "markers", "marker": {"color": "--c2", "symbol": "x-thin-open", "size": 7}}),
+        (
+            "micro: the paper's sum", data.w2_paper,
+            {"mode": "markers", "marker": {"color": "--c2", "symbol": "x-thin-open", "size": 7}},
+        ),
         ("inertial term", data.w2_grains, {"mode": "lines", "line": {"color": "--c3", "dash": "dot"}}),
     )  # fmt: skip
     return [
@@ -171,3 +193,47 @@ def _works(data: xr.Dataset) -> list[Trace]:
         | {"hovertemplate": "α = %{x:.4g}°<br>W2 = %{y:.4g} J/m³<extra>%{fullData.name}</extra>"}
         for name, values, look in drawn
     ]
+
+
+def _spheres(findings: Findings) -> Iterator[tuple[str, Frames]]:
+    for chosen in findings.study.probes:
+        if chosen.sphere_directions is None:
+            continue
+        found = findings.probes(chosen)
+        for panel in dict.fromkeys((place.packing, place.seed) for place in found):
+            own = {place: data.isel(norm=-1) for place, data in found.items() if place[:2] == panel}
+            yield f"{panel_label(panel)}, {chosen.kind} probes '{chosen.name}' of {chosen.norms[-1]:g}", own
+
+
+def _sphere(families: dict[str, Frames]) -> Figure:
+    shares = "; ".join(
+        f"{place}: {100.0 * float(data.weight.values[data.w2_normalised.values < 0.0].sum()):.1f} % of all directions "
+        "are unstable"
+        for frames in families.values()
+        for place, data in frames.items()
+    )
+    return Figure(
+        "sphere",
+        "Normalised second-order work of probes in all directions of principal increments, on the unit sphere; axis 1 "
+        f"upward. {shares}.",
+        {
+            label: {str(place): [_on_sphere(data)] for place, data in frames.items()}
+            for label, frames in families.items()
+        },
+        scene(),
+        choice="Packing and probes",
+        slide="Stress ratio",
+        fixed=[ball()],
+        start=-1,
+        linked="state",
+    )
+
+
+def _on_sphere(data: xr.Dataset) -> Trace:
+    unit = np.column_stack([data[f"along_{k}"].values for k in (1, 2, 3)])
+    work = data.w2_normalised.values
+    words = [
+        f"increment {one[0]:+.2f}, {one[1]:+.2f}, {one[2]:+.2f}<br>W2n = {value:+.3f}"
+        for one, value in zip(unit, work, strict=True)
+    ]
+    return dots(unit, work, words, "W2n", True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from rendulic.probing.cone import Cone
@@ -26,14 +28,16 @@ def cones(findings: Findings) -> Section | None:
     unstable = sum(not cone.is_empty for cone in findings.cones.values())
     figure = Figure(
         "cones",
-        "Above: directions of strain within which second-order work is negative, for each state (bars, 0° to 360° and, for sectors that go beyond, "
-        "further), thin lines at their ends are the uncertainty of the edges; open dots: no unstable direction was found. Below: the smallest normalised "
-        f"second-order work, bars are the drift's share in it. {unstable} of {len(findings.cones)} cones are not empty.",
+        "Above: directions of strain within which second-order work is negative, for each state (bars); thin lines at "
+        "their ends are the uncertainty of the edges; open dots: no unstable direction was found. Below: the smallest "
+        "normalised "
+        f"second-order work, bars are the drift's share in it. {unstable} of {len(findings.cones)} cones are not "
+        "empty.",
         {name: {"": _map(found)} for name, found in sets.items()},
         {
             "height": 640,
             "xaxis": {"title": {"text": "stress ratio η = q/p"}, "anchor": "y2"},
-            "yaxis": {"title": {"text": "α [°]"}, "domain": [0.48, 1.0], "dtick": 60, "range": [0, 370]},
+            "yaxis": {"title": {"text": "α [°]"}, "domain": [0.48, 1.0], "dtick": 60, "range": [0, 360]},
             "yaxis2": {"title": {"text": "smallest W2n"}, "domain": [0.0, 0.4]},
             "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
         },
@@ -64,28 +68,43 @@ def _sectors(own: Found, label: str, colour: str, aside: float) -> list[Trace]:
     traces: list[Trace] = []
     common = {"type": "scatter", "legendgroup": label, "showlegend": False, "name": label}
     for place, cone in own.items():
-        for (first, last), (low, high) in zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True):
-            eta = float(f"{place.eta + aside:.5g}")
+        eta = float(f"{place.eta + aside:.5g}")
+        for (first, last), (low, high) in _with_turns(cone):
             traces.append(common | {
                 "mode": "lines", "x": [eta, eta, eta], "y": numbers([first, 0.5 * (first + last), last]),
                 "line": {"color": colour, "width": 9}, "opacity": 0.85 if cone.is_significant else 0.35,
-                "text": [f"{place}<br>{_span(first, last, low, high)}"] * 3, "hovertemplate": "%{text}<extra></extra>",
+                "text": [f"{place}<br>{_span(first % 360.0, first % 360.0 + last - first, low, high)}"] * 3,
+                "hovertemplate": "%{text}<extra></extra>",
             })  # fmt: skip
-            ends = [(edge, shift) for edge, shift in ((first, low), (last, high)) if np.isfinite(shift) and shift < 90.0]
+            ends = [
+                (edge, shift) for edge, shift in ((first, low), (last, high)) if np.isfinite(shift) and shift < 90.0
+            ]
             if ends:
                 traces.append(common | {
-                    "mode": "markers", "x": [eta] * len(ends), "y": numbers([edge for edge, _ in ends]), "hoverinfo": "skip",
+                    "mode": "markers", "x": [eta] * len(ends), "y": numbers([edge for edge, _ in ends]),
+                    "hoverinfo": "skip",
                     "marker": {"size": 1, "color": "--ink"},
-                    "error_y": {"array": numbers([shift for _, shift in ends]), "color": "--ink", "thickness": 1.5, "width": 6},
+                    "error_y": {
+                        "array": numbers([shift for _, shift in ends]), "color": "--ink", "thickness": 1.5, "width": 6,
+                    },
                 })  # fmt: skip
     empty = [place for place, cone in own.items() if not cone.strain_sectors]
     if empty:
         traces.append(common | {
-            "mode": "markers", "x": numbers([place.eta + aside for place in empty]), "y": [ISOCHORIC_COMPRESSION] * len(empty),
+            "mode": "markers", "x": numbers([place.eta + aside for place in empty]),
+            "y": [ISOCHORIC_COMPRESSION] * len(empty),
             "marker": {"symbol": "circle-open", "color": colour, "size": 7},
             "text": [f"{place}<br>no unstable direction" for place in empty], "hovertemplate": "%{text}<extra></extra>",
         })  # fmt: skip
     return traces
+
+
+def _with_turns(cone: Cone) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
+    """Sectors with the uncertainty of their edges; one that goes beyond 360 degrees is drawn a turn lower, too."""
+    for (first, last), uncertainty in zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True):
+        yield (first, last), uncertainty
+        if last > 360.0:
+            yield (first - 360.0, last - 360.0), uncertainty
 
 
 def _smallest(own: Found, label: str, colour: str, symbol: str) -> Trace:
@@ -122,5 +141,13 @@ def _table(sets: dict[str, Found]) -> Table:
             ])  # fmt: skip
             marks.append("doubtful" if not cone.is_significant else "bad" if cone.sectors else "")
             targets.append(str(place))
-    heads = ("state", "probes", "unstable from … to", "opening [°]", "smallest W2n", "at α [°]", "larger than the drift")
-    return Table("Cones", heads, rows, goes_to=targets, marks=marks)
+    heads = (
+        "state",
+        "probes",
+        "unstable from … to",
+        "opening [°]",
+        "smallest W2n",
+        "at α [°]",
+        "larger than the drift",
+    )
+    return Table("Cones", heads, rows, goes_to=targets, marks=marks, marked=4)

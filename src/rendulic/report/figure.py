@@ -111,7 +111,11 @@ class Table:
     goes_to : list of str
         For each row the state that figures show when it is chosen; none if empty.
     marks : list of str
-        For each row a class of the style sheet, "good", "doubtful", "bad" or "".
+        For each row a class of the style sheet, "good", "doubtful", "bad" or "", for its cell number
+    marked : int
+        after the first.
+    filter_by : str
+        A heading: the reader can choose the rows with one value in its column.
     """
 
     caption: str
@@ -119,6 +123,7 @@ class Table:
     rows: Sequence[Sequence[str]]
     goes_to: Sequence[str] = ()
     marks: Sequence[str] = ()
+    marked: int = 1
     filter_by: str = ""
 
 

@@ -94,7 +94,9 @@ class Findings:
     @cache  # noqa: B019 a report reads its findings once, and both go together
     def probes(self, chosen: ProbeSet) -> dict[Place, xr.Dataset]:
         """Probes of a set, of the states where all its directions are finished."""
-        places = [place for (name, place), units in self.plan.probes.items() if name == chosen.name and self.has(*units)]
+        places = [
+            place for (name, place), units in self.plan.probes.items() if name == chosen.name and self.has(*units)
+        ]
         return {place: self.results.probes(chosen, place) for place in places}
 
     def circles(self) -> Iterator[tuple[ProbeSet, dict[Place, xr.Dataset]]]:

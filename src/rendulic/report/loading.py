@@ -39,11 +39,13 @@ def loading(findings: Findings) -> Section | None:
         "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
     }
     peaks = "; ".join(
-        f"{panel_label(panel)}: largest q {1e-3 * float(curve.q.max()):.1f} kPa at {100 * float(curve.eps_1[int(np.argmax(curve.q.values))]):.2f} %"
+        f"{panel_label(panel)}: largest q {1e-3 * float(curve.q.max()):.1f} kPa at "
+        f"{100 * float(curve.eps_1[int(np.argmax(curve.q.values))]):.2f} %"
         for panel, curve in findings.curves.items()
     )
     caption = (
-        "Deviatoric stress and change of volume against axial strain; contraction is negative. Dots are states at rest that "
+        "Deviatoric stress and change of volume against axial strain; contraction is negative. Dots are states at rest "
+        "that "
         f"were probed: choose one to see it in the figures below. {peaks}."
     )
     return Section(

@@ -47,7 +47,15 @@ def _curves(tests: dict[str, xr.Dataset]) -> Figure:
             x, y = (numbers(AXES[each][1] * curve[each].values[kept]) for each in (across, up))
             hover = f"{AXES[across][0]} %{{x:.4g}}<br>{AXES[up][0]} %{{y:.4g}}<extra>{name}</extra>"
             traces.append(
-                own | {"mode": "lines", "x": x, "y": y, "line": {"color": colour}, "showlegend": k == 0, "hovertemplate": hover}
+                own
+                | {
+                    "mode": "lines",
+                    "x": x,
+                    "y": y,
+                    "line": {"color": colour},
+                    "showlegend": k == 0,
+                    "hovertemplate": hover,
+                }
             )
             if "event_" + across in curve and "event_" + up in curve:
                 traces.append(own | _events(curve, across, up, colour))
@@ -61,7 +69,8 @@ def _curves(tests: dict[str, xr.Dataset]) -> Figure:
         layout[f"yaxis{axis}"] = {"title": {"text": AXES[up][0]}}
     words = "; ".join(f"{name}: largest q {1e-3 * float(curve.q.max()):.1f} kPa" for name, curve in tests.items())
     caption = (
-        "Element tests: deviatoric stress and volumetric strain against axial strain, the stress path, and the normalised second-order work along "
+        "Element tests: deviatoric stress and volumetric strain against axial strain, the stress path, and the "
+        "normalised second-order work along "
         f"the path. Marks are events of the whole assembly, such as peaks or zeros of second-order work. {words}."
     )
     return Figure("element-tests", caption, {"": {"": traces}}, layout)
@@ -88,7 +97,8 @@ def _planes(tests: dict[str, xr.Dataset]) -> Figure:
         for quantity, title, signed in ON_PLANES
     }
     words = "; ".join(
-        f"{name}: at its end {int((curve.w2_plane.values[-1] < 0.0).sum())} of {curve.sizes['plane']} planes have negative second-order work"
+        f"{name}: at its end {int((curve.w2_plane.values[-1] < 0.0).sum())} of {curve.sizes['plane']} planes have "
+        "negative second-order work"
         for name, curve in tests.items()
     )
     caption = (
@@ -102,7 +112,8 @@ def _on_sphere(now: xr.Dataset, quantity: str, title: str, signed: bool) -> Trac
     normals, values = now.plane_normal.transpose("plane", "component").values, now[quantity].values
     words = [
         f"plane {k}, {float(now.inclination[k]):.1f}° to axis 1<br>σ {1e-3 * float(now.sigma_plane[k]):.4g} kPa, τ "
-        f"{1e-3 * float(now.tau_plane[k]):.4g} kPa<br>obliquity {float(now.x_plane[k]):.3f}, W2n {float(now.w2n_plane[k]):+.3f}"
+        f"{1e-3 * float(now.tau_plane[k]):.4g} kPa<br>obliquity {float(now.x_plane[k]):.3f}, W2n "
+        f"{float(now.w2n_plane[k]):+.3f}"
         f"<br>{'plastic' if bool(now.is_loading[k]) else 'elastic'}"
         for k in range(len(values))
     ]
@@ -118,7 +129,16 @@ def _table(tests: dict[str, xr.Dataset]) -> Table:
         ]
         for name, curve in tests.items()
     ]  # fmt: skip
-    heads = ("test", "path", "ended by", "largest q [kPa]", "ε₁ at end [%]", "e at first", "e at end", "W2 < 0 first at")
+    heads = (
+        "test",
+        "path",
+        "ended by",
+        "largest q [kPa]",
+        "ε₁ at end [%]",
+        "e at first",
+        "e at end",
+        "W2 < 0 first at",
+    )
     return Table("Element tests", heads, rows)
 
 

@@ -81,7 +81,10 @@ def template(name: str) -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     return Environment(
-        loader=PackageLoader("rendulic.report", "templates"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=PackageLoader("rendulic.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
     ).get_template(name)
 
 
@@ -89,11 +92,16 @@ def _what_was_run(findings: Findings) -> Section:
     study, units = findings.study, findings.wanted
     done = len(findings.done & set(units))
     words = f"{done} of {len(units)} units of work are finished"
-    words += f", {len(findings.failed)} failed, {len(findings.missing)} are missing: see the end." if done < len(units) else "."
+    words += (
+        f", {len(findings.failed)} failed, {len(findings.missing)} are missing: see the end."
+        if done < len(units)
+        else "."
+    )
     law = study.contact
     if study.packing:
         words += (
-            f" Contacts are linear and frictional: K = {law.modulus_pa / 1e6:g} MPa, k_t/k_n = {law.tangential_ratio:g}, friction {law.friction:g}. "
+            f" Contacts are linear and frictional: K = {law.modulus_pa / 1e6:g} MPa, k_t/k_n = "
+            f"{law.tangential_ratio:g}, friction {law.friction:g}. "
             f"Shearing aims at an inertial number of {study.loading.inertial_number:g}."
         )
     return Section("run", "What was run", [words], list(_tables(findings)))
@@ -114,16 +122,26 @@ def _tables(findings: Findings) -> Iterator[Table]:
         heads = ("packing", "seeds", "grains", "radii [mm]", "pressure [kPa]", "friction of growth", "states at η")
         yield Table("Packings", heads, rows)
     rows = [
-        [f"probes '{each.name}'", f"{len(each.directions())} directions, {each.kind}", _sizes(each.norms), str(each.n_steps)]
+        [
+            f"probes '{each.name}'",
+            f"{len(each.directions())} directions, {each.kind}",
+            _sizes(each.norms),
+            str(each.n_steps),
+        ]
         for each in study.probes
     ]
     rows += [
         [f"cones '{each.name}'", f"edges to {each.tolerance_deg:g} degrees", _sizes(each.sizes), str(each.n_steps)]
         for each in study.cones
     ]
-    rows += [[f"bursts '{each.name}'", f"around cones '{each.cones}'", "as these", str(each.n_steps)] for each in study.bursts]
+    rows += [
+        [f"bursts '{each.name}'", f"around cones '{each.cones}'", "as these", str(each.n_steps)]
+        for each in study.bursts
+    ]
     if rows:
-        yield Table("What was measured in the states", ("set", "what", "size of increments", "time steps to the smallest"), rows)
+        yield Table(
+            "What was measured in the states", ("set", "what", "size of increments", "time steps to the smallest"), rows
+        )
 
 
 def _sizes(norms: tuple[float, ...]) -> str:
@@ -138,4 +156,9 @@ def _missing(findings: Findings) -> Iterator[Section]:
     rows += [[unit.label, "missing", "not done yet"] for unit in missing[:MOST_NAMED]]
     words = [f"and {len(missing) - MOST_NAMED} more units are missing."] if len(missing) > MOST_NAMED else []
     marks = ["bad"] * len(findings.failed) + ["doubtful"] * len(missing[:MOST_NAMED])
-    yield Section("missing", "What is missing", words, [Table("Units that are not finished", ("unit", "how", "why"), rows, marks=marks)])
+    yield Section(
+        "missing",
+        "What is missing",
+        words,
+        [Table("Units that are not finished", ("unit", "how", "why"), rows, marks=marks)],
+    )

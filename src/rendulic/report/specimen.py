@@ -26,7 +26,10 @@ def specimen(findings: Findings) -> Section | None:
         last = findings.places[-1]
         now = findings.states[last].snapshot()
         found = anatomy_between(now, now, n_shuffles=1)
-        heading = f"Forces in the last state, {last}; second-order work of single contacts needs the figure 'anatomy' in the study."
+        heading = (
+            f"Forces in the last state, {last}; second-order work of single contacts needs the figure 'anatomy' in the "
+            "study."
+        )
     else:
         return None
     trace, words = _reduced(found)

@@ -45,7 +45,9 @@ def ball() -> Trace:
 def scene() -> dict[str, Any]:
     """Layout of a view in three dimensions, all axes alike."""
     bare = {"showbackground": False, "showticklabels": False, "showspikes": False, "zeroline": False}
-    axes = {name: bare | {"title": {"text": text}} for name, text in zip(("xaxis", "yaxis", "zaxis"), AXES, strict=True)}
+    axes = {
+        name: bare | {"title": {"text": text}} for name, text in zip(("xaxis", "yaxis", "zaxis"), AXES, strict=True)
+    }
     return {
         "height": 540,
         "margin": {"l": 0, "r": 0, "t": 10, "b": 0},

@@ -176,7 +176,10 @@ def _energy(findings: Findings) -> Iterator[Check]:
             first[panel] = energies(findings.results.specimen(*panel))
         found[str(place)] = energy_error(first[panel], state)
     yield from _judged(
-        "Is the work of shearing found again as energy, friction and damping?", found, LIMITS["energy"], "missing share "
+        "Is the work of shearing found again as energy, friction and damping?",
+        found,
+        LIMITS["energy"],
+        "missing share ",
     )
 
 

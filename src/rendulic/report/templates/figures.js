@@ -1,11 +1,14 @@
 "use strict";
 // Figures of plain data: colours by name from the style sheet, one family and one frame at a time.
+const figures = []; // of the page
+
 const colourOf = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /** The value with every name of a colour replaced by the colour. */
 function coloured(value) {
   if (typeof value === "string") return value.startsWith("--") ? colourOf(value) : value;
-  if (Array.isArray(value)) return typeof value[0] === "number" ? value : value.map(coloured);
+  // long lists of numbers have no colours; pairs of a colour scale begin with a number, too
+  if (Array.isArray(value)) return typeof value[0] === "number" && typeof value.at(-1) === "number" ? value : value.map(coloured);
   if (value && typeof value === "object") {
     return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, coloured(inner)]));
   }
@@ -100,15 +103,26 @@ class PlotFigure {
     return family >= 0;
   }
 
+  /** The same figure with newer data; what the reader chose stays. */
+  renew(data) {
+    const { label } = this.frames[this.frame], family = this.data.families[this.family].label;
+    this.data = data;
+    this.box.replaceChildren();
+    this.select = this.slider = undefined;
+    this.family = Math.max(data.families.findIndex(each => each.label === family), 0);
+    this.frame = this.frames.length - 1;
+    this.addControls();
+    this.show(this.family, label);
+  }
+
   traces() { return [...this.data.fixed, ...this.frames[this.frame].data]; }
 
   draw() {
     this.isDrawn = true;
     const layout = { ...coloured(this.data.layout), template: theme(), autosize: true, uirevision: this.family };
-    const narrow = this.plot.clientWidth < 520;
-    if (narrow && layout.grid) stack(layout);
-    if (narrow && layout.polar) layout.margin = { l: 45, r: 45, t: 30, b: 30 };
-    return Plotly.react(this.plot, coloured(this.traces()), layout, {
+    const traces = coloured(this.traces());
+    if (this.plot.clientWidth < NARROW) narrow(layout, traces);
+    return Plotly.react(this.plot, traces, layout, {
       responsive: true, displaylogo: false, showTips: false,
       modeBarButtonsToRemove: ["select2d", "lasso2d", "toImage"],
     }).then(() => this.listen());
@@ -124,9 +138,45 @@ class PlotFigure {
   }
 }
 
-/** Panels of a grid below each other, for narrow screens. */
-function stack(layout) {
-  const count = layout.grid.rows * layout.grid.columns;
-  layout.grid = { ...layout.grid, rows: count, columns: 1, ygap: 0.3 };
-  layout.height = 300 * count;
+const NARROW = 520; // pixels
+
+/** For narrow screens: panels and colour bars below each other, short words, a camera farther away. */
+function narrow(layout, traces) {
+  if (layout.grid) {
+    const count = layout.grid.rows * layout.grid.columns;
+    layout.grid = { ...layout.grid, rows: count, columns: 1, ygap: 0.3 };
+    layout.height = 300 * count;
+  }
+  if (layout.polar) {
+    layout.polar.angularaxis.ticktext = layout.polar.angularaxis.ticktext.map(text => text.split(" ")[0]);
+    Object.assign(layout, { height: 460, margin: { l: 40, r: 40, t: 30, b: 30 } });
+  }
+  if (layout.scene) {
+    const { eye } = layout.scene.camera;
+    layout.scene.camera.eye = Object.fromEntries(Object.entries(eye).map(([axis, value]) => [axis, 1.35 * value]));
+    const below = { orientation: "h", y: -0.02, yanchor: "top", len: 0.9 };
+    for (const { colorbar, marker, line } of traces) {
+      for (const bar of [colorbar, marker?.colorbar, line?.colorbar]) if (bar) Object.assign(bar, below, { title: { ...bar.title, side: "top" } });
+    }
+    layout.margin = { l: 0, r: 0, t: 0, b: 70 };
+  }
+}
+
+/** Move one slider, and those linked to it. */
+function moveTogether(moved, frame) {
+  const { label } = moved.frames[frame];
+  moved.show(moved.family, label);
+  if (moved.data.linked) {
+    for (const other of figures) {
+      if (other !== moved && other.data.linked === moved.data.linked) other.showLabel(label);
+    }
+  }
+}
+
+/** Show a state wherever states are shown. */
+function chooseState(label) {
+  const shown = figures.filter(each => each.data.linked === "state" && each.showLabel(label));
+  const said = document.getElementById("said");
+  if (said) said.textContent = shown.length ? `Shown: ${label}` : `${label} was not probed in these directions`;
+  shown[0]?.element.scrollIntoView({ block: "center" });
 }

@@ -1,6 +1,5 @@
 "use strict";
 // The page: figures are drawn when they come near, move together, and follow light and dark.
-const figures = [];
 const KINDS = { plot: PlotFigure, specimen: SpecimenFigure };
 
 for (const element of document.querySelectorAll("figure[data-name]")) {
@@ -8,28 +7,8 @@ for (const element of document.querySelectorAll("figure[data-name]")) {
   figures.push(new KINDS[data.drawn_by](element, data));
 }
 
-const say = text => { document.getElementById("said").textContent = text; };
-
-/** Move one slider, and those linked to it. */
-function moveTogether(moved, frame) {
-  const { label } = moved.frames[frame];
-  moved.show(moved.family, label);
-  if (moved.data.linked) {
-    for (const other of figures) {
-      if (other !== moved && other.data.linked === moved.data.linked) other.showLabel(label);
-    }
-  }
-}
-
-/** Show a state wherever states are shown. */
-function chooseState(label) {
-  const shown = figures.filter(each => each.data.linked === "state" && each.showLabel(label));
-  say(shown.length ? `Shown: ${label}` : `${label} was not probed in these directions`);
-  shown[0]?.element.scrollIntoView({ block: "center" });
-}
-
-for (const button of document.querySelectorAll("button[data-state]")) {
-  button.addEventListener("click", () => chooseState(button.dataset.state));
+for (const row of document.querySelectorAll("button[data-state]")) {
+  row.addEventListener("click", () => chooseState(row.dataset.state));
 }
 
 const near = new IntersectionObserver(entries => {
@@ -41,19 +20,7 @@ const near = new IntersectionObserver(entries => {
 }, { rootMargin: "300px" });
 for (const figure of figures) near.observe(figure.element);
 
-/** Light or dark as the reader's system has it, until the button says otherwise. */
-const dark = matchMedia("(prefers-color-scheme: dark)");
-const button = document.getElementById("theme");
-function dress(isDark, redraw = true) {
-  document.documentElement.dataset.theme = isDark ? "dark" : "light";
-  button.textContent = isDark ? "Light" : "Dark";
-  button.setAttribute("aria-pressed", String(isDark));
-  if (redraw) for (const figure of figures) if (figure.isDrawn) figure.draw();
-}
-let chosen = dark.matches;
-dress(chosen, false);
-dark.addEventListener("change", event => dress(chosen = event.matches));
-button.addEventListener("click", () => dress(chosen = !chosen));
+// on paper all figures are shown, dark on light
 addEventListener("beforeprint", () => { dress(false, false); for (const figure of figures) figure.draw(); });
 addEventListener("afterprint", () => dress(chosen));
 

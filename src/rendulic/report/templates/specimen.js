@@ -53,11 +53,13 @@ class SpecimenFigure extends PlotFigure {
     this.count.addEventListener("input", () => { this.told.textContent = this.count.value; });
     this.count.addEventListener("change", draw);
     this.told.textContent = this.count.value;
+    const turning = document.createElement("span");
+    this.box.append(turning);
     for (const [text, around, up] of [["Turn left", -0.3, 0], ["Turn right", 0.3, 0], ["Tilt up", 0, 0.2], ["Tilt down", 0, -0.2]]) {
       const button = document.createElement("button");
       Object.assign(button, { type: "button", textContent: text });
       button.addEventListener("click", () => this.turn(around, up));
-      this.box.append(button);
+      turning.append(button, " ");
     }
   }
 
@@ -104,7 +106,7 @@ class SpecimenFigure extends PlotFigure {
     }
     const colour = byWork ? { ...this.scale("work of grains (root)", true), intensity } : { color: "--muted", showscale: false };
     const both = this.what.value === "both";
-    return { type: "mesh3d", ...mesh, ...colour, opacity: both ? (byWork ? 0.3 : 0.12) : 1, hoverinfo: "skip", name: "grains",
+    return { type: "mesh3d", ...mesh, ...colour, opacity: both ? 0.12 : 1, hoverinfo: "skip", name: "grains",
       showscale: byWork && !both, lighting: { ambient: 0.7, diffuse: 0.5, specular: 0.05 } };
   }
 
