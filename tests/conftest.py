@@ -86,3 +86,29 @@ def straining():
         )
 
     return make
+
+
+@pytest.fixture(scope="session")
+def reported_study(tmp_path_factory):
+    """The folder of a finished study with a little of everything; its numbers mean nothing."""
+    from rendulic.study.campaign import run_study
+    from rendulic.study.config import Study
+
+    study = {
+        "title": "A <b>little</b> of everything & more",
+        "specimen": {"n_grains": 100, "radius_min_m": 6e-3, "radius_max_m": 12e-3},
+        "loading": {"inertial_number": 5e-4},
+        "packing": [{"name": "loose", "seeds": [2], "eta": (0.1, 0.25), "axial_strain": 0.01, "to_the_end": True}],
+        "probes": [
+            {"name": "circle", "step_deg": 30.0, "norms": (1e-4, 2e-4), "n_steps": 100},
+            {"name": "inside", "step_deg": 60.0, "norms": (2e-4,), "n_steps": 200, "anatomy": True},
+            {"name": "sphere", "eta": [0.25], "sphere_directions": 12, "norms": (2e-4,), "n_steps": 100},
+        ],
+        "cones": [{"name": "edges", "norm": 2e-4, "n_steps": 200, "step_deg": 60.0, "tolerance_deg": 30.0}],
+        "bursts": [{"name": "pushes", "cones": "edges", "n_steps": 200, "step_deg": 90.0}],
+        "test": [
+            {"name": "undrained", "path": "undrained", "pressure_pa": 3e5, "void_ratio": 0.9, "axial_strain": 0.03}
+        ],
+        "figures": {"draw": ["anatomy"], "diagram_norm": 2e-4},
+    }
+    return run_study(Study.model_validate(study), tmp_path_factory.mktemp("reported")).results.store.folder

@@ -49,7 +49,7 @@ def _every(findings: Findings) -> Table:
         for k in range(table.sizes["alpha"]):
             one = table.isel(alpha=k)
             rows.append([
-                str(place), f"{float(one.alpha):.4g}", f"{float(one.ratio):.3g}", f"{float(one.w2_normalised):+.3f}",
+                str(place), f"{float(one.alpha):.4g}", f"{float(one.ratio) + 0.0:.3g}", f"{float(one.w2_normalised):+.3f}",
                 f"{float(one.w2_normalised_lasting):+.3f}", "fails" if one.predicted else "settles",
                 VERDICTS[int(one.verdict)],
                 "not counted" if not counted[k] else "agrees" if agrees[k] else "disagrees",

@@ -106,13 +106,15 @@ class PlotFigure {
   /** The same figure with newer data; what the reader chose stays. */
   renew(data) {
     const { label } = this.frames[this.frame], family = this.data.families[this.family].label;
+    const follows = this.frame === this.frames.length - 1;
     this.data = data;
+    this.element.querySelector("figcaption").textContent = data.caption;
     this.box.replaceChildren();
     this.select = this.slider = undefined;
     this.family = Math.max(data.families.findIndex(each => each.label === family), 0);
     this.frame = this.frames.length - 1;
     this.addControls();
-    this.show(this.family, label);
+    this.show(this.family, follows ? this.frames.at(-1).label : label);
   }
 
   traces() { return [...this.data.fixed, ...this.frames[this.frame].data]; }
