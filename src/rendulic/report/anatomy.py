@@ -55,7 +55,7 @@ def _around(families: dict[str, dict[Place, xr.Dataset]]) -> Figure:
                     "x": numbers(data.alpha.values), "y": numbers(pick(data).values),
                     "xaxis": f"x{axis}", "yaxis": f"y{axis}",
                     "line": {"color": colour, "width": 1.5}, "marker": {"size": 4},
-                    "hovertemplate": "α = %{x:.4g}°<br>%{y:.3g}<extra>" + name + "</extra>",
+                    "hovertemplate": "α = %{x:.4~g}°<br>%{y:.3~g}<extra>" + name + "</extra>",
                 })  # fmt: skip
         shown[label] = {"": traces}
     layout: dict = {
@@ -99,7 +99,7 @@ def _by_class(found: xr.Dataset) -> Figure:
     values = [*found.w2_by_class.values.tolist(), float(found.w2_inertial), float(found.w2_boundary)]
     words = ", ".join(f"{name} {value:.3g}" for name, value in zip(names, values, strict=True))
     trace: Trace = {
-        "type": "bar", "x": names, "y": numbers(values), "hovertemplate": "%{x}: %{y:.4g} J/m³<extra></extra>",
+        "type": "bar", "x": names, "y": numbers(values), "hovertemplate": "%{x}: %{y:.4~g} J/m³<extra></extra>",
         "marker": {"color": ["--negative" if value < 0.0 else "--c0" for value in values]},
     }  # fmt: skip
     return Figure(

@@ -100,7 +100,7 @@ def _curve(place: Place, data: xr.Dataset, colour: str, is_chosen: bool) -> Trac
         "mode": "lines+markers",
         "marker": {"size": 7, "color": colour, "symbol": symbols},
         "customdata": note,
-        "hovertemplate": "α = %{theta:.4g}°<br>W2n = %{r:.3f}<br>%{customdata}<extra>" + f"η = {place.eta:g}</extra>",
+        "hovertemplate": "α = %{theta:.4~g}°<br>W2n = %{r:.3f}<br>%{customdata}<extra>" + f"η = {place.eta:g}</extra>",
     }
 
 
@@ -190,7 +190,7 @@ def _works(data: xr.Dataset) -> list[Trace]:
     return [
         {"type": "scatter", "name": name, "x": alpha, "y": numbers(values.values)}
         | look
-        | {"hovertemplate": "α = %{x:.4g}°<br>W2 = %{y:.4g} J/m³<extra>%{fullData.name}</extra>"}
+        | {"hovertemplate": "α = %{x:.4~g}°<br>W2 = %{y:.4~g} J/m³<extra>%{fullData.name}</extra>"}
         for name, values, look in drawn
     ]
 

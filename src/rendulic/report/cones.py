@@ -115,7 +115,7 @@ def _smallest(own: Found, label: str, colour: str, symbol: str) -> Trace:
         "error_y": {"array": numbers([cone.drift_share for cone in own.values()]), "thickness": 1},
         "line": {"color": colour}, "marker": {"symbol": symbols, "size": 8, "color": colour},
         "customdata": numbers([cone.smallest_strain_alpha for cone in own.values()]),
-        "hovertemplate": "η = %{x:.3g}<br>W2n = %{y:.3f}<br>at α = %{customdata:.4g}°<extra>" + label + "</extra>",
+        "hovertemplate": "η = %{x:.3~g}<br>W2n = %{y:.3f}<br>at α = %{customdata:.4~g}°<extra>" + label + "</extra>",
     }  # fmt: skip
 
 

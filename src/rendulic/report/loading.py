@@ -24,7 +24,7 @@ def loading(findings: Findings) -> Section | None:
         strain, name = numbers(100.0 * curve.eps_1.values[kept]), panel_label(panel)
         common = {"type": "scatter", "mode": "lines", "name": name, "legendgroup": name, "line": {"color": colour}}
         values = (1e-3 * curve.q.values[kept], -100.0 * curve.eps_v.values[kept])
-        for row, (own, unit) in enumerate(zip(values, ("q %{y:.4g} kPa", "ΔV/V %{y:.4g} %"), strict=True)):
+        for row, (own, unit) in enumerate(zip(values, ("q %{y:.4~g} kPa", "ΔV/V %{y:.4~g} %"), strict=True)):
             traces.append(
                 common
                 | {"x": strain, "y": numbers(own), "showlegend": row == 0, "yaxis": "y2" if row else "y"}

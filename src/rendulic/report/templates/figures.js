@@ -117,13 +117,16 @@ class PlotFigure {
     this.show(this.family, follows ? this.frames.at(-1).label : label);
   }
 
+  get isNarrow() { return this.plot.clientWidth < NARROW; }
+
   traces() { return [...this.data.fixed, ...this.frames[this.frame].data]; }
 
   draw() {
     this.isDrawn = true;
     const layout = { ...coloured(this.data.layout), template: theme(), autosize: true, uirevision: this.family };
     const traces = coloured(this.traces());
-    if (this.plot.clientWidth < NARROW) narrow(layout, traces);
+    this.drawnNarrow = this.isNarrow;
+    if (this.isNarrow) narrow(layout, traces);
     return Plotly.react(this.plot, traces, layout, {
       responsive: true, displaylogo: false, showTips: false,
       modeBarButtonsToRemove: ["select2d", "lasso2d", "toImage"],
@@ -133,10 +136,25 @@ class PlotFigure {
   listen() {
     if (this.listens) return;
     this.listens = true;
-    this.plot.on("plotly_click", event => {
-      const state = event.points[0].customdata;
-      if (event.points[0].data.name === "state" && typeof state === "string") chooseState(state);
+    this.plot.on("plotly_click", ({ event }) => {
+      const state = this.stateAt(event.clientX, event.clientY);
+      if (state) chooseState(state);
     });
+  }
+
+  /** The state whose mark is nearest, if one is near; plotly itself may point at the curve beside it. */
+  stateAt(x, y) {
+    const box = this.plot.getBoundingClientRect(), layout = this.plot._fullLayout;
+    let nearest, least = 14; // pixels
+    for (const { name, customdata, x: across, y: up, xaxis, yaxis } of this.plot._fullData) {
+      if (name !== "state") continue;
+      const [right, down] = [xaxis, yaxis].map(axis => layout[axis.replace(/^[xy]/, "$&axis")]);
+      customdata.forEach((state, k) => {
+        const far = Math.hypot(box.left + right._offset + right.d2p(across[k]) - x, box.top + down._offset + down.d2p(up[k]) - y);
+        if (far < least) [nearest, least] = [state, far];
+      });
+    }
+    return nearest;
   }
 }
 
@@ -174,6 +192,11 @@ function moveTogether(moved, frame) {
     }
   }
 }
+
+// arranged anew when the page has become narrow or wide
+addEventListener("resize", () => {
+  for (const figure of figures) if (figure.isDrawn && figure.isNarrow !== figure.drawnNarrow) figure.draw();
+});
 
 /** Show a state wherever states are shown. */
 function chooseState(label) {
