@@ -260,7 +260,9 @@ def test_it_fits_every_width(page, width, tmp_path):
     assert page.evaluate("figures.filter(each => each.isNarrow).length") == (10 if width < 500 else 0)
     # views in three dimensions keep the room, and one colour bar
     for figure in (SPHERE, SPECIMEN, PLANES):
-        assert drawn(page, figure, "_fullLayout._size.w") > 0.7 * page.locator(f"{figure} .plot").bounding_box()["width"]
+        assert (
+            drawn(page, figure, "_fullLayout._size.w") > 0.7 * page.locator(f"{figure} .plot").bounding_box()["width"]
+        )
         assert page.locator(f"{figure} .infolayer .colorbar").count() == 1
     folder = Path(os.environ.get("RENDULIC_SCREENSHOTS", tmp_path))
     for section in page.locator("section").all():
