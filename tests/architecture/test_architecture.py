@@ -20,7 +20,7 @@ LEVELS = {
     "dem": 1, "chang_hicher": 1, "micro": 1,
     "probing": 2,
     "io": 3, "study": 3,
-    "figures": 4, "cli": 5,
+    "figures": 4, "report": 4, "cli": 5,
 }  # fmt: skip
 # the one exception: a study draws its figures, and reads and writes tables
 SIDEWAYS = {("study", "figures"), ("study", "io")}
@@ -34,6 +34,8 @@ NEVER = {
 }
 ONLY_IN = {
     "matplotlib": {"figures"},
+    "plotly": {"report"},
+    "jinja2": {"report"},
     "typer": {"cli"},
     "rich": {"cli"},
     "pydantic": {"validation.py", "study", "io/plain_text.py", "chang_hicher/parameters.py"},
@@ -165,7 +167,7 @@ def loaded_after(code: str) -> set[str]:
 
 def test_importing_is_light():
     """`import rendulic` loads neither compiler nor tables nor drawing; asking for a part does."""
-    heavy = {"numba", "xarray", "matplotlib", "h5py", "pydantic", "typer", "pandas"}
+    heavy = {"numba", "xarray", "matplotlib", "h5py", "pydantic", "typer", "pandas", "plotly", "jinja2"}
     assert loaded_after("import rendulic") & heavy == set()
     assert "numba" in loaded_after("import rendulic\nrendulic.dem")
 

@@ -23,8 +23,8 @@ playwright = pytest.importorskip("playwright.sync_api", reason="playwright is no
 # software rendering: three dimensions without a graphics card
 OPTIONS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 WIDTHS = (1280, 768, 390)
-DIAGRAM, WORK, LOADING, SPECIMEN, PLANES = (
-    f"#figure-{name}" for name in ("circles", "macro-micro", "loading", "specimen", "planes")
+DIAGRAM, WORK, LOADING, SPHERE, SPECIMEN, PLANES = (
+    f"#figure-{name}" for name in ("circles", "macro-micro", "loading", "sphere", "specimen", "planes")
 )
 
 
@@ -248,7 +248,7 @@ def test_light_and_dark(opened):
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_it_fits_every_width(page, width, tmp_path):
-    """Nothing sticks out; pictures of the whole page are taken, into RENDULIC_SCREENSHOTS if it is given."""
+    """Nothing sticks out; pictures of all sections are taken, into RENDULIC_SCREENSHOTS if it is given."""
     page.set_viewport_size({"width": width, "height": 900})
     show_all(page)
     until(page, "figures.every(each => each.isNarrow === each.drawnNarrow)")
@@ -258,8 +258,15 @@ def test_it_fits_every_width(page, width, tmp_path):
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= width
     assert page.evaluate("figures.filter(each => each.isNarrow).length") == (10 if width < 500 else 0)
+    # views in three dimensions keep the room, and one colour bar
+    for figure in (SPHERE, SPECIMEN, PLANES):
+        assert (
+            drawn(page, figure, "_fullLayout._size.w") > 0.7 * page.locator(f"{figure} .plot").bounding_box()["width"]
+        )
+        assert page.locator(f"{figure} .infolayer .colorbar").count() == 1
     folder = Path(os.environ.get("RENDULIC_SCREENSHOTS", tmp_path))
-    page.screenshot(path=folder / f"report_{width}.png", full_page=True)
+    for section in page.locator("section").all():
+        section.screenshot(path=folder / f"{section.get_attribute('id')}_{width}.png")
     assert page.complaints == []
 
 

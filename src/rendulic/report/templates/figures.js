@@ -193,9 +193,14 @@ function moveTogether(moved, frame) {
   }
 }
 
-// arranged anew when the page has become narrow or wide
+// made anew when the page has become narrow or wide: colour bars that change sides leave traces otherwise
 addEventListener("resize", () => {
-  for (const figure of figures) if (figure.isDrawn && figure.isNarrow !== figure.drawnNarrow) figure.draw();
+  for (const figure of figures) {
+    if (!figure.isDrawn || figure.isNarrow === figure.drawnNarrow) continue;
+    Plotly.purge(figure.plot);
+    figure.listens = false;
+    figure.draw();
+  }
 });
 
 /** Show a state wherever states are shown. */
