@@ -212,7 +212,7 @@ def test_lost_energy_is_missed(findings):
 def test_what_is_missing_is_said(own_copy):
     """A section without data is not there, units taken away are named, and so is a failure with its reason."""
     full = Findings(own_copy)
-    gone = [*full.plan.bursts.values(), full.plan.extra["anatomy"], full.plan.probes["circle", full.places[0]][0]]
+    gone = [*full.plan.bursts.values(), *full.plan.dissections.values(), full.plan.probes["circle", full.places[0]][0]]
     for unit in gone:
         full.store.remove(unit.key)
     failed = gone[0]
@@ -255,7 +255,8 @@ def test_large_specimens_are_reduced_to_the_work(findings, monkeypatch):
 def test_without_a_dissection_there_are_forces(own_copy):
     """The last state is shown, and why it has no work."""
     findings = Findings(own_copy)
-    findings.store.remove(findings.plan.extra["anatomy"].key)
+    for unit in findings.plan.dissections.values():
+        findings.store.remove(unit.key)
     findings = Findings(own_copy)
     figure = specimen(findings).parts[0]
     snapshot = findings.states[findings.places[-1]].snapshot()

@@ -107,12 +107,12 @@ class Findings:
 
     @cached_property
     def cones(self) -> dict[tuple[str, Place], Cone]:
-        """All cones by the name of their set and their state."""
+        """Cones of strain probes by the name of their set and their state."""
         sets: dict[str, ConeSet] = {chosen.name: chosen for chosen in self.study.cones}
         return {
             (name, place): self.results.cone(sets[name], place)
             for (name, place), unit in self.plan.cones.items()
-            if self.has(unit)
+            if self.has(unit) and sets[name].answering is None
         }
 
     @cached_property
@@ -131,9 +131,12 @@ class Findings:
 
     @cached_property
     def dissection(self) -> xr.Dataset | None:
-        """The anatomy of one direction with every contact, if it was asked for."""
-        unit = self.plan.extra.get("anatomy")
-        return self.results.part(unit, "anatomy") if unit is not None and self.has(unit) else None
+        """The anatomy of the most unstable direction of the most unstable state, with every contact, if it was asked for."""
+        done = {place: unit for place, unit in self.plan.dissections.items() if self.has(unit, *unit.needs.values())}
+        if not done:
+            return None
+        worst = self.results.most_negative(done)
+        return self.results.part(done[worst], "anatomy").assign_attrs(place=str(worst))
 
     def grains(self, panel: Panel) -> int:
         """How many grains a packing has."""

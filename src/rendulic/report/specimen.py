@@ -21,7 +21,10 @@ def specimen(findings: Findings) -> Section | None:
     """The state that was dissected, else the last state with its forces."""
     found = findings.dissection
     if found is not None:
-        heading = f"Each contact's share of the second-order work of one probe, at {found.attrs['alpha']:g} degrees."
+        heading = (
+            f"{found.attrs['place']}: each contact's share of the second-order work of one probe, at "
+            f"{found.attrs['alpha']:g} degrees."
+        )
     elif findings.places:
         last = findings.places[-1]
         now = findings.states[last].snapshot()

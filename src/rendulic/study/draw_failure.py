@@ -36,7 +36,7 @@ def needed_by(plan: Plan, figure: str) -> list[Unit]:
     if figure == "anatomy":
         name = _with_anatomy(plan).name
         batches = [unit for (own, _), batch in plan.probes.items() if own == name for unit in batch]
-        return [*batches, *(unit for name, unit in plan.extra.items() if name.startswith("anatomy "))]
+        return [*batches, *plan.dissections.values()]
     extra = [unit for name, unit in plan.extra.items() if name.startswith(figure)]
     if figure == "map":
         return extra + [unit for unit in cones if unit.kind == "cone"]
@@ -158,8 +158,8 @@ def _anatomy(results: Results, folder: Path) -> list[Path]:
     anatomies = results.anatomies(_with_anatomy(results.plan))
     first = next(iter(anatomies))
     around = {rf"$\eta$ = {place.eta:g}": data for place, data in anatomies.items() if place[:2] == first[:2]}
-    worst = min(anatomies, key=lambda place: float(anatomies[place].w2_normalised.min()))
-    one = results.part(results.plan.extra[f"anatomy {worst}"], "anatomy")
+    worst = results.most_negative(anatomies)
+    one = results.part(results.plan.dissections[worst], "anatomy")
     size = f"{_grains(results)}, strain probes of norm {float(anatomies[first].norm):g}"
     with whole_file(folder / "anatomy.md") as temporary:
         temporary.write_text(anatomy_text({str(place): data for place, data in anatomies.items()}), "utf-8")

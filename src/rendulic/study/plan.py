@@ -46,6 +46,8 @@ class Plan:
         Batches of directions, in order.
     cones, bursts : dict of (set, Place) to Unit
         Of the sets of that name.
+    dissections : dict of Place to Unit
+        Every contact in the most unstable direction.
     tests : dict of str to Unit
         Element tests by name.
     extra : dict of str to Unit
@@ -60,6 +62,7 @@ class Plan:
     probes: dict[tuple[str, Place], list[Unit]] = field(default_factory=dict)
     cones: dict[tuple[str, Place], Unit] = field(default_factory=dict)
     bursts: dict[tuple[str, Place], Unit] = field(default_factory=dict)
+    dissections: dict[Place, Unit] = field(default_factory=dict)
     tests: dict[str, Unit] = field(default_factory=dict)
     extra: dict[str, Unit] = field(default_factory=dict)
 
@@ -183,7 +186,7 @@ def _add_for_figures(plan: Plan) -> None:
         for (name, place), batches in plan.probes.items():
             if name == probes.name:
                 parts = {f"probes_{k}": unit for k, unit in enumerate(batches)}
-                plan.extra[f"anatomy {place}"] = plan.add(
+                plan.dissections[place] = plan.add(
                     "dissection", f"anatomy of {place}", how, state=plan.states[place], **parts
                 )  # fmt: skip
     sand = {"pressure_pa": study.shared.pressure_pa} if study.specimen else {}

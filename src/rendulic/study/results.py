@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -116,6 +117,11 @@ class Results:
         return {
             place: self.probes(chosen, place).isel(norm=-1) for name, place in self.plan.probes if name == chosen.name
         }
+
+    def most_negative(self, places: Iterable[Place]) -> Place:
+        """The state with the smallest W2n of the probes with anatomy at their largest norm."""
+        chosen = next(each for each in self.study.probes if each.anatomy)
+        return min(places, key=lambda place: float(self.probes(chosen, place).isel(norm=-1).w2_normalised.min()))
 
     def most_unstable(self) -> Place:
         """The state in which most bursts failed."""
