@@ -23,9 +23,9 @@ test: $(VENV)/installed-dev
 test-fast: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m "not long"
 
-# the lower bounds of pyproject.toml, in an environment of their own
+# the lower bounds of pyproject.toml, in an environment of their own; physics that takes its time is the same in both
 test-lowest: $(VENV)-lowest/installed
-	$(VENV)-lowest/bin/python -m pytest -m "not long"
+	$(VENV)-lowest/bin/python -m pytest -m "not long" tests/architecture tests/unit tests/parity tests/invariants
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
