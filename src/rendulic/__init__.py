@@ -65,6 +65,7 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "cone_of": ("rendulic.probing.cone", "cone_of"),
     "cones_by_amplitude": ("rendulic.probing.amplitude", "cones_by_amplitude"),
     "instability_cone": ("rendulic.probing.cone", "instability_cone"),
+    "plot": ("rendulic.figures.plot", "plot"),
     "probe": ("rendulic.probing.probe", "probe"),
     "probes_of_snapshots": ("rendulic.probing.of_snapshots", "probes_of_snapshots"),
     "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
@@ -78,6 +79,7 @@ if TYPE_CHECKING:
     from rendulic import chang_hicher, dem, errors, figures, io, micro, tensors
     from rendulic.chang_hicher.model import ChangHicher
     from rendulic.errors import RendulicError
+    from rendulic.figures.plot import plot
     from rendulic.loading import directions, paths
     from rendulic.loading.control import Control
     from rendulic.probing.amplitude import cones_by_amplitude

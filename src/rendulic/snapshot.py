@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rendulic.shown import Shown
+
 __all__ = ["Snapshot"]
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class Snapshot(Shown):
     """One instant of a packing in a box, each axis between two walls or periodic; for analysis only.
 
     Parameters
@@ -45,6 +47,16 @@ class Snapshot:
     force_t: np.ndarray
     friction: float | None = None
     image: np.ndarray | None = None
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "grains": self.n_grains,
+            "contacts": f"{len(self.first)}, {int(self.is_wall.sum())} of them with walls",
+            "lengths": ", ".join(f"{length:.5g}" for length in self.lengths) + " m",
+            "stress on the walls": ", ".join(f"{value / 1e3:.4g}" for value in np.diag(self.wall_stress)) + " kPa",
+            "sliding": f"{int(self.is_sliding.sum())} contacts" if self.friction is not None else "unknown",
+            "unbalanced force": f"{self.unbalanced_force:.1e}",
+        }
 
     @property
     def is_periodic(self) -> bool:

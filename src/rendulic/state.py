@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.shown import Shown
 from rendulic.whole_file import whole_file
 
 __all__ = ["State"]
@@ -20,7 +21,7 @@ FORMAT, SCHEMA = "rendulic state", 1
 
 
 @dataclass(frozen=True)
-class State:
+class State(Shown):
     """What `Specimen.save` returns and `Specimen.restore` takes.
 
     Parameters
@@ -36,6 +37,10 @@ class State:
     kind: str
     arrays: dict[str, np.ndarray] = field(repr=False)
     attributes: dict[str, Any] = field(repr=False)
+
+    def _facts(self) -> dict[str, object]:
+        size = sum(array.nbytes for array in self.arrays.values())
+        return {"of": self.kind, "arrays": len(self.arrays), "size": f"{size / 1e6:.3g} MB", "checksum": self.checksum}
 
     def expect_kind(self, kind: str) -> None:
         """Raise `InvalidInput` unless the state is of this kind of specimen."""

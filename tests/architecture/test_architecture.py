@@ -16,7 +16,7 @@ FILES = sorted(SOURCE.rglob("*.py"))
 # level of each part; a part may import parts of a lower level, and itself
 LEVELS = {
     "errors": 0, "tensors": 0, "loading": 0, "specimen": 0, "snapshot": 0, "state": 0, "curve": 0, "progress": 0,
-    "checks": 0, "lazy": 0, "whole_file": 0, "validation": 0,
+    "checks": 0, "lazy": 0, "shown": 0, "whole_file": 0, "validation": 0,
     "dem": 1, "chang_hicher": 1, "micro": 1,
     "probing": 2,
     "io": 3, "study": 3,

@@ -7,12 +7,15 @@ from rendulic.figures.circular import circular_diagram, circular_diagrams, circu
 from rendulic.figures.cones import amplitude, cones
 from rendulic.figures.contact_planes import plane_paths, plane_stiffness, plane_work
 from rendulic.figures.element import element_tests
+from rendulic.figures.forces import forces
 from rendulic.figures.lab import path_work
 from rendulic.figures.macro_micro import macro_micro
+from rendulic.figures.plot import plot
 from rendulic.figures.stereogram import stereogram
 from rendulic.figures.stress_probes import stress_on_strain
 from rendulic.figures.style import save
 from rendulic.figures.triaxial import deviatoric_stress, volume_change
+from rendulic.figures.work_by_class import work_by_class
 
 __all__ = [
     "amplitude",
@@ -28,13 +31,16 @@ __all__ = [
     "deviatoric_stress",
     "element_tests",
     "equation_1",
+    "forces",
     "macro_micro",
     "path_work",
     "plane_paths",
     "plane_stiffness",
     "plane_work",
+    "plot",
     "save",
     "stereogram",
     "stress_on_strain",
     "volume_change",
+    "work_by_class",
 ]

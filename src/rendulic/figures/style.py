@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -42,10 +43,20 @@ RC: dict[Any, Any] = {
 }
 
 
+class HouseFigure(Figure):
+    """A figure that notebooks show, whatever their backend."""
+
+    def _repr_png_(self) -> bytes:
+        picture = BytesIO()
+        with mpl.rc_context(RC):
+            self.savefig(picture, format="png", dpi=120)
+        return picture.getvalue()
+
+
 def new_figure(width: float = 4.6, height: float = 3.4) -> Figure:
     """An empty figure in the house style, sizes in inches; no display is needed."""
     with mpl.rc_context(RC):
-        return Figure(figsize=(width, height), layout="constrained")
+        return HouseFigure(figsize=(width, height), layout="constrained")
 
 
 def categories(count: int) -> list[str]:

@@ -23,6 +23,7 @@ from rendulic.probing.edges import (
 )
 from rendulic.probing.probe import probe
 from rendulic.progress import Progress, silent
+from rendulic.shown import Shown
 from rendulic.specimen import Specimen
 from rendulic.tensors.rendulic_plane import direction_of
 
@@ -38,7 +39,7 @@ Sectors = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Cone:
+class Cone(Shown):
     """Sectors of the Rendulic plane in which the second-order work is negative.
 
     Parameters
@@ -108,6 +109,16 @@ class Cone:
     def smallest_strain_alpha(self) -> float:
         """Direction in degrees of the strain with the smallest value; for strain probes `smallest_alpha`."""
         return float(self.probes.strain_alpha.sel(alpha=self.smallest_alpha))
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "second-order work": str(self),
+            "imposed": self.kind,
+            "directions probed": self.probes.sizes["alpha"],
+            "opening": f"{self.opening:.4g} degrees",
+            "edges bracketed within": f"{self.tolerance:.2g} degrees",
+            "drift's share in the smallest W2n": f"{self.drift_share:.1e}",
+        }
 
     def __str__(self) -> str:
         if self.is_empty:

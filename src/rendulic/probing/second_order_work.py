@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rendulic.micro.contact_work import CLASSES, ContactWork, contact_work
+from rendulic.shown import Shown
 from rendulic.snapshot import Snapshot
 
 __all__ = ["SecondOrderWork", "normalised", "second_order_work"]
 
 
 @dataclass(frozen=True)
-class SecondOrderWork:
+class SecondOrderWork(Shown):
     """Second-order work of one increment; densities in J/m3 (per initial volume).
 
     Parameters
@@ -56,6 +57,14 @@ class SecondOrderWork:
     def normalised(self) -> float:
         """`d_sigma : d_eps / (|d_sigma| |d_eps|)`, in [-1, 1]."""
         return float(normalised(self.d_sigma, self.d_eps))
+
+    def _facts(self) -> dict[str, object]:
+        each = {f"contacts, {name}": f"{value:+.6g} J/m3" for name, value in self.by_class.items()}
+        return {
+            "walls": f"{self.boundary:+.6g} J/m3", "contacts": f"{self.contacts:+.6g} J/m3", **each,
+            "inertial term": f"{self.grains:+.6g} J/m3", "normalised": f"{self.normalised:+.4f}",
+            "residual of the identity": f"{self.identity_residual:.1e}",
+        }  # fmt: skip
 
 
 def normalised(d_sigma: np.ndarray, d_eps: np.ndarray) -> np.ndarray:
