@@ -22,7 +22,7 @@ from rendulic.errors import RendulicError
 
 app = typer.Typer(
     help="Second-order work of granular materials: do they fail, in which directions, through which grains?",
-    epilog="Example: rendulic reproduce fig6 -o model. Each command has one: rendulic COMMAND --help.",
+    epilog="Example: rendulic reproduce fig6 -o model",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
