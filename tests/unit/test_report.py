@@ -6,11 +6,13 @@ import itertools
 import json
 import re
 import shutil
+from dataclasses import replace
 from importlib import resources
 
 import numpy as np
 import pytest
 
+import rendulic as rd
 from rendulic.errors import CorruptFile, InvalidInput
 from rendulic.report import trust as trust_table
 from rendulic.report import write_report
@@ -144,15 +146,22 @@ def test_the_sum_over_grains_lies_on_the_boundary(findings):
             np.testing.assert_allclose(micro["y"], macro["y"], rtol=2e-5)
 
 
-def test_cones_are_drawn_from_edge_to_edge(findings):
-    """A bar for each sector, a turn lower too where it goes beyond 360 degrees."""
-    traces = cones(findings).parts[0].families["strain probes 'edges'"][""]
+def test_cones_are_drawn_from_edge_to_edge(reported_study):
+    """A bar for each sector, and a turn lower too where it goes beyond 360 degrees; the table says them."""
+    findings = Findings(reported_study)
+    (name, first), (_, last) = findings.cones
+    sand = rd.ChangHicher().at(pressure=300e3, void_ratio=0.9)
+    sand.load(rd.paths.drained_triaxial(0.3, until_eta=1.0))
+    found = rd.instability_cone(sand, rd.directions.rendulic(10), 1e-7, 1)
+    ((low, high),) = found.strain_sectors
+    turned = replace(found, strain_sectors=((350.0, 385.0),))
+    findings.__dict__["cones"] = {(name, first): found, (name, last): turned}
+    figure, table = cones(findings).parts
+    traces = figure.families[f"strain probes '{name}'"][""]
     bars = [(trace["y"][0], trace["y"][-1]) for trace in traces if trace.get("line", {}).get("width") == 9]
-    expected = []
-    for cone in findings.cones.values():
-        for first, last in cone.strain_sectors:
-            expected += [(first, last)] + [(first - 360.0, last - 360.0)] * (last > 360.0)
-    np.testing.assert_allclose(np.reshape(bars, (-1, 2)), np.reshape(expected, (-1, 2)), rtol=1e-4)
+    np.testing.assert_allclose(bars, [(low, high), (350.0, 385.0), (-10.0, 25.0)], rtol=1e-4)
+    assert high - low > 5.0
+    assert [row[2].split()[0] for row in table.rows] == [f"{low:.4g}", "350"]
 
 
 def verdicts(findings):

@@ -1,7 +1,7 @@
 "use strict";
-// Asks how far the study is, and for the figures again whenever something was finished.
-const SECONDS = 2;
-let drawnAt = -1;
+// Asks how far the study is, and now and then for the figures, which cost the machine that runs it some reading.
+const SECONDS = 2, SECONDS_PER_FIGURES = 20;
+let drawnAt = -1, shownAt = -Infinity;
 
 /** Rows of plain text into the body of a table. */
 function fill(id, rows) {
@@ -27,7 +27,8 @@ async function ask() {
     fill("kinds", now.kinds);
     fill("running", now.running.map(([label, far]) => [label, share(far)]));
     fill("failed", now.failed);
-    if (now.done !== drawnAt) await showFigures(now.done);
+    const isTime = performance.now() - shownAt > 1000 * SECONDS_PER_FIGURES || now.done === now.total;
+    if (now.done !== drawnAt && isTime) await showFigures(now.done);
   } catch (error) {
     told.textContent = `no answer: ${error.message}`;
   }
@@ -42,7 +43,7 @@ async function showFigures(done) {
     if (known) known.renew(data);
     else figures.push(added(data));
   }
-  drawnAt = done;
+  [drawnAt, shownAt] = [done, performance.now()];
 }
 
 /** A new figure at the end of the page. */
