@@ -22,21 +22,46 @@ def example_of(command) -> str:
     return " ".join(found[1].split())
 
 
+QUICK_STUDY = """
+[[test]]
+name = "undrained"
+path = "undrained"
+pressure_pa = 3e5
+void_ratio = 0.9
+axial_strain = 0.02
+"""
+
+
 @pytest.fixture
-def folder(tmp_path, packed, sheared_state):
-    """What the examples speak of: two states, and the folder that `make demo` leaves."""
+def folder(tmp_path, packed, sheared_state, reported_study):
+    """What the examples speak of: a study and its results, two states, and the folder that `make demo` leaves."""
+    (tmp_path / "study.toml").write_text(QUICK_STUDY, encoding="utf-8")
+    shutil.copytree(reported_study, tmp_path / "results")
     packed.save().to_file(tmp_path / "before.h5")
     packed.probe([1e-4, -5e-5, -5e-5], n_steps=100)
     packed.save().to_file(tmp_path / "after.h5")
-    (tmp_path / "demo").mkdir()
-    shutil.copy(tmp_path / "before.h5", tmp_path / "demo" / "specimen.h5")
-    sheared_state.to_file(tmp_path / "demo" / "state_eta_0.480.h5")
+    demo = tmp_path / "demo" / "paper_seed_1"
+    demo.mkdir(parents=True)
+    shutil.copy(tmp_path / "before.h5", demo / "specimen.h5")
+    sheared_state.to_file(demo / "state_eta_0.480.h5")
     return tmp_path
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+def _marked(name):
+    """`init` is followed by the study of its template, and `view` serves until it is stopped."""
+    marks = {
+        "init": pytest.mark.long,
+        "view": pytest.mark.skip(reason="serves until it is stopped: tests of the live page run it"),
+    }
+    return pytest.param(name, marks=marks.get(name, ()))
+
+
+@pytest.mark.parametrize("name", [_marked(name) for name in COMMANDS])
 def test_example_of_the_help(name, folder):
     """Pasted into a shell, the example runs."""
+    if name == "init":
+        (folder / "study.toml").unlink()
+        shutil.rmtree(folder / "results")
     Reader(folder).command(example_of(COMMANDS[name]), f"the example of `rendulic {name} --help`")
 
 
