@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 
+import numpy as np
 import pytest
 import typer
 from pages import ROOT, Reader
@@ -34,12 +35,18 @@ axial_strain = 0.02
 
 @pytest.fixture
 def folder(tmp_path, packed, sheared_state, reported_study):
-    """What the examples speak of: a study and its results, two states, and the folder that `make demo` leaves."""
+    """What the examples speak of: a study and its results, a test of a laboratory, two states, and the folder that `make demo` leaves."""
     (tmp_path / "study.toml").write_text(QUICK_STUDY, encoding="utf-8")
     shutil.copytree(reported_study, tmp_path / "results")
     packed.save().to_file(tmp_path / "before.h5")
     packed.probe([1e-4, -5e-5, -5e-5], n_steps=100)
     packed.save().to_file(tmp_path / "after.h5")
+    test = rd.ChangHicher.preset("hostun_loose").at(300e3, 0.9).load(rd.paths.constant_volume(0.03))
+    strain = np.linspace(0.0, 0.028, 200)
+    q, lateral = (np.interp(strain, test.eps_1, test[name]) / 1e3 for name in ("q", "sigma_3"))
+    columns = np.stack((100.0 * strain, q, 400.0 - lateral), axis=1)
+    heading = "Axial strain,Deviator stress,Pore pressure"
+    np.savetxt(tmp_path / "test.csv", columns, "%.6f", ",", header=heading, comments="")
     demo = tmp_path / "demo" / "paper_seed_1"
     demo.mkdir(parents=True)
     shutil.copy(tmp_path / "before.h5", demo / "specimen.h5")

@@ -117,7 +117,7 @@ def read_triaxial(
             )
         eps_1, eps_v = -np.log1p(-eps_1), -np.log1p(-eps_v)
     q = values["q"]
-    lateral = values["p"] - q / 3.0 if "p" in values else values["cell_pressure"] - values["pore_pressure"]
+    lateral = values["p"] - q / 3.0 if "p" in values else values["cell_pressure"] - values["pore_pressure"] + 0.0 * q
     start = float(np.ravel(lateral + q / 3.0)[0])
     if start <= 0.0:
         raise InvalidInput(
