@@ -325,7 +325,7 @@ def test_both_pressures_may_be_constant(tmp_path):
     """A drained test of constant cell and pore pressure: the lateral stress is their difference all along."""
     path = tmp_path / "drained.csv"
     path.write_text("a,q,v\n0,0,0\n1,100,0.2\n2,150,0.3\n", encoding="utf-8")
-    found = read_triaxial(
+    found = rd.io.read_triaxial(
         path, {"eps_1": "a", "q": "q", "eps_v": "v"},
         {"eps_1": "%", "q": "kPa", "eps_v": "%", "cell_pressure": "kPa", "pore_pressure": "kPa"},
         drainage="drained", constants={"cell_pressure": 300.0, "pore_pressure": 100.0},
