@@ -18,6 +18,7 @@ from rendulic.report.loading import loading
 from rendulic.report.model import model
 from rendulic.report.specimen import specimen
 from rendulic.report.trust import trust
+from rendulic.study.config import ConeSet
 from rendulic.whole_file import whole_file
 
 __all__ = ["NAME", "render", "sections", "write_report"]
@@ -131,8 +132,7 @@ def _tables(findings: Findings) -> Iterator[Table]:
         for each in study.probes
     ]
     rows += [
-        [f"cones '{each.name}'", f"edges to {each.tolerance_deg:g} degrees", _sizes(each.sizes), str(each.n_steps)]
-        for each in study.cones
+        [f"cones '{each.name}'", _cones_in_words(each), _sizes(each.sizes), str(each.n_steps)] for each in study.cones
     ]
     rows += [
         [f"bursts '{each.name}'", f"around cones '{each.cones}'", "as these", str(each.n_steps)]
@@ -142,6 +142,12 @@ def _tables(findings: Findings) -> Iterator[Table]:
         yield Table(
             "What was measured in the states", ("set", "what", "size of increments", "time steps to the smallest"), rows
         )
+
+
+def _cones_in_words(chosen: ConeSet) -> str:
+    if chosen.answering is not None:
+        return f"stress probes, laid on the probes of cones '{chosen.answering}'"
+    return f"edges to {chosen.tolerance_deg:g} degrees"
 
 
 def _sizes(norms: tuple[float, ...]) -> str:
