@@ -16,7 +16,10 @@ from rendulic.study.study_file import read_study
 
 if __name__ == "__main__":
     study, folder = sys.argv[1:]
-    with SLURMCluster(cores=1, processes=1, memory="2GB", walltime="24:00:00", nanny=False) as cluster:
+    one_thread = ["export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1"]
+    with SLURMCluster(
+        cores=1, processes=1, memory="2GB", walltime="24:00:00", nanny=False, job_script_prologue=one_thread
+    ) as cluster:
         cluster.scale(64)
         cluster.wait_for_workers(8)  # more are used as they come
         report = run_study(

@@ -58,7 +58,8 @@ class Cluster:
 
     def _start(self, what, *options):
         return subprocess.Popen([sys.executable, "-m", f"distributed.cli.{what}", *map(str, options)],
-                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
+                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+                                env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"})  # fmt: skip
 
     @property
     def address(self):

@@ -141,7 +141,8 @@ def _taken_apart(part: State | xr.Dataset) -> tuple[dict[str, Any], dict[str, np
         values = np.asarray(variable.values)
         text = values.dtype.kind if values.dtype.kind in "OU" else None
         if text:
-            values = np.char.encode(values.astype(str), "utf-8")
+            # of nothing, numpy before 2 makes numbers
+            values = np.char.encode(values.astype(str), "utf-8") if values.size else values.astype("S1")
         arrays[str(name)] = values
         about = {"dims": variable.dims, "attrs": variable.attrs, "text": text}
         variables[str(name)] = about | {"is_coordinate": name in part.coords}
@@ -158,7 +159,7 @@ def _put_together(about: Mapping[str, Any], arrays: dict[str, np.ndarray]) -> St
     for name, own in about["variables"].items():
         values = arrays[name]
         if own["text"]:
-            values = np.char.decode(values, "utf-8")
+            values = np.char.decode(values, "utf-8") if values.size else values.astype("U1")
             # an empty array of objects has no kind, and old versions of xarray cannot write it
             values = values.astype(object) if own["text"] == "O" and values.size else values
         (coords if own["is_coordinate"] else variables)[name] = (own["dims"], values, own["attrs"])
