@@ -39,7 +39,7 @@ def workers(folder: Path) -> None:
         "packing": [{"name": "loose", "eta": [0.1]}],
     }
     states = study(**grains)
-    probed = study(**grains, probes=[{"name": "circle", "step_deg": 2.5, "norms": [5e-5], "n_steps": 6000}])
+    probed = study(**grains, probes=[{"name": "circle", "step_deg": 1.25, "norms": [5e-5], "n_steps": 6000}])
     seconds = {}
     run_study(states, folder / "states", executor=lambda where: LocalWorkers(where, 1))
     for count in (1, 2):
