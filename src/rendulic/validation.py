@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from rendulic.errors import InvalidInput, nearest
 
-__all__ = ["Positive", "Section", "Whole", "validated"]
+__all__ = ["Positive", "Section", "Whole", "read_toml", "validated"]
+
+LONGEST = 2**20  # bytes of a TOML file
 
 # strict: text is no number, and true is not 1
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
@@ -20,6 +25,37 @@ class Section(BaseModel):
     """A table of named values; unknown names are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def read_toml(path: str | os.PathLike, missing: str, hint: str = "") -> dict[str, Any]:
+    """The table in a TOML file.
+
+    Parameters
+    ----------
+    missing : str
+        What to say if there is no such file.
+    hint : str
+        What to add if it is not TOML.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such file, it cannot be read, is larger than 1 MiB or is not TOML.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InvalidInput(missing)
+    try:
+        with path.open("rb") as file:
+            data = file.read(LONGEST + 1)
+    except OSError as error:
+        raise InvalidInput(f"cannot read {path}: {error.strerror or error}") from None
+    if len(data) > LONGEST:
+        raise InvalidInput(f"{path} is larger than {LONGEST} bytes, which no such file needs: check the path")
+    try:
+        return tomllib.loads(data.decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise InvalidInput(f"{path} is not a TOML file: {' '.join(str(error).split())}{hint}") from None
 
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import rendulic as rd
 from rendulic.errors import InvalidInput, RendulicError
+from rendulic.study.element import read_element_study
 from rendulic.study.lab import example, run_lab_test
 
 COLUMNS = {"eps_1": "Axial strain", "q": "q", "pore_pressure": "u"}
@@ -332,3 +333,20 @@ def test_both_pressures_may_be_constant(tmp_path):
     )  # fmt: skip
     assert found.sigma_3.values.tolist() == [200e3] * 3
     assert found.sigma_1.values.tolist() == [200e3, 300e3, 350e3]
+
+
+@pytest.mark.parametrize("read", [rd.io.read_plain_text, run_lab_test, read_element_study])
+@pytest.mark.parametrize("text", [b"a = " + b"[" * 100_000, b"#" * (2**20 + 1), b"\xff\xfe", b"[half"])
+def test_no_toml_file_ends_in_a_traceback(tmp_path, snapshot_folder, read, text):
+    """Deep, huge, foreign and broken files are told in one sentence by every reader of TOML."""
+    place = snapshot_folder if read is rd.io.read_plain_text else tmp_path / "file.toml"
+    (place / "box.toml" if place.is_dir() else place).write_bytes(text)
+    with pytest.raises(RendulicError, match=r"is not a TOML file|is larger than 1048576 bytes") as told:
+        read(place, tmp_path / "out") if read is run_lab_test else read(place)
+    assert "\n" not in str(told.value)
+
+
+@pytest.fixture
+def snapshot_folder(packed, tmp_path):
+    """A snapshot in plain text."""
+    return rd.io.write_plain_text(packed.snapshot(), tmp_path / "text")

@@ -17,7 +17,6 @@ A folder with three files:
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
@@ -28,7 +27,7 @@ from pydantic import Field
 from rendulic.errors import CorruptFile, InvalidInput
 from rendulic.io.snapshot import LARGEST, checked, nearest_images
 from rendulic.snapshot import Snapshot
-from rendulic.validation import Section, validated
+from rendulic.validation import Section, read_toml, validated
 from rendulic.whole_file import whole_file, writable_folder
 
 __all__ = ["read_plain_text", "write_plain_text"]
@@ -71,9 +70,9 @@ def read_plain_text(folder: str | os.PathLike) -> Snapshot:
                 f"no {name} in {folder}: a snapshot in plain text has box.toml, grains.csv, contacts.csv"
             )
     try:
-        table = tomllib.loads((folder / "box.toml").read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CorruptFile(f"{folder / 'box.toml'} is not TOML: {error}") from None
+        table = read_toml(folder / "box.toml", f"no box.toml in {folder}")
+    except InvalidInput as error:
+        raise CorruptFile(str(error)) from None
     box = validated(Box, table, str(folder / "box.toml"))
     order = ["xyz".index(axis) for axis in box.axes]
     grains = _table(folder / "grains.csv", GRAINS)

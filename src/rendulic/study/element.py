@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Callable
 from importlib import resources
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,7 +16,7 @@ from rendulic.errors import InvalidInput
 from rendulic.loading import paths
 from rendulic.progress import Progress, silent
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev
-from rendulic.validation import Positive, Section, validated
+from rendulic.validation import Positive, Section, read_toml, validated
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -177,13 +175,7 @@ def read_element_study(path: str | os.PathLike) -> ElementStudy:
     InvalidInput
         If there is no such file, it is not TOML, or any entry is not admissible: the entry is named.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InvalidInput(f"no element study at {path}: check the path, or write one with --init")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"{path} is not a TOML file: {error}") from None
+    table = read_toml(path, f"no element study at {path}: check the path, or write one with --init")
     return validated(ElementStudy, table, str(path))
 
 

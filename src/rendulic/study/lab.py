@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -16,7 +15,7 @@ from rendulic.errors import InvalidInput
 from rendulic.io.lab import read_triaxial
 from rendulic.io.tables import write_csv, write_dataset, write_tables
 from rendulic.probing.path_work import w2_along
-from rendulic.validation import Positive, Section, validated
+from rendulic.validation import Positive, Section, read_toml, validated
 from rendulic.whole_file import writable_folder
 
 if TYPE_CHECKING:
@@ -88,15 +87,8 @@ def read_lab_test(path: str | os.PathLike) -> LabTest:
     InvalidInput
         If there is no such file, it is not TOML, or an entry is not admissible: the entry is named.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InvalidInput(f"no description of a test at {path}: check the path, or write one with --init")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InvalidInput(
-            f"{path} is not a TOML file: {error}; the readings go into a CSV file that it names"
-        ) from None
+    missing = f"no description of a test at {path}: check the path, or write one with --init"
+    table = read_toml(path, missing, "; the readings go into a CSV file that it names")
     return validated(LabTest, table, str(path))
 
 

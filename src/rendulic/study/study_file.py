@@ -7,7 +7,6 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
@@ -17,12 +16,11 @@ from rendulic.chang_hicher import Parameters
 from rendulic.errors import InvalidInput, one_of
 from rendulic.study.config import BurstSet, ConeSet, Contact, Figures, Loading, Packing, ProbeSet, Recipe, Study
 from rendulic.study.element import ElementTest, Model, check_states
-from rendulic.validation import validated
+from rendulic.validation import read_toml, validated
 
 __all__ = ["PRESETS", "preset", "preset_text", "read_study", "study_from", "template", "with_figures", "with_seed"]
 
 PRESETS = ("quick", "paper")
-LONGEST = 2**20  # bytes of a study file
 
 # what the commented file begins with; all else in it are the defaults, commented out
 BEGIN: tuple[tuple[str, type[BaseModel], dict[str, Any]], ...] = (
@@ -53,20 +51,7 @@ def read_study(path: str | os.PathLike) -> Study:
     InvalidInput
         If there is no such file, it is not TOML, or any entry is not admissible: the entry is named.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InvalidInput(f"no study at {path}: check the path, or write one with rendulic init")
-    try:
-        with path.open("rb") as file:
-            data = file.read(LONGEST + 1)
-    except OSError as error:
-        raise InvalidInput(f"cannot read {path}: {error.strerror or error}") from None
-    if len(data) > LONGEST:
-        raise InvalidInput(f"{path} is larger than {LONGEST} bytes, which no study needs: check the path")
-    try:
-        table = tomllib.loads(data.decode("utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise InvalidInput(f"{path} is not a TOML file: {' '.join(str(error).split())}") from None
+    table = read_toml(path, f"no study at {path}: check the path, or write one with rendulic init")
     return study_from(table, str(path))
 
 
