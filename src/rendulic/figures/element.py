@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -12,9 +12,10 @@ from rendulic.figures.style import INK, NEGATIVE, RC, categories, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["element_tests"]
+__all__ = ["element_tests", "label_panels"]
 
 
 def element_tests(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
@@ -50,15 +51,20 @@ def element_tests(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
         panels[0].plot([], [], "o", ms=5, mfc="white", mec=INK, label=r"$W_2 = 0$")
         panels[0].legend(loc="best")
         panels[2].axhline(0.0, color=NEGATIVE, lw=0.8, ls="--")
-        labels = (
-            (r"axial strain $\varepsilon_1$  [%]", r"$q$  [kPa]"),
-            (r"mean stress $p'$  [kPa]", r"$q$  [kPa]"),
-            (r"axial strain $\varepsilon_1$  [%]", r"$W_{2n}$ along the path"),
-            (r"axial strain $\varepsilon_1$  [%]", r"$\varepsilon_v$  [%] (contraction positive)"),
-        )
-        for axes, (x_label, y_label) in zip(panels, labels, strict=False):
-            axes.set(xlabel=x_label, ylabel=y_label)
-            axes.grid(visible=True)
-        panels[1].set_xlim(left=0.0)
+        label_panels(panels)
         figure.suptitle(title, x=0.02, ha="left")
     return figure
+
+
+def label_panels(panels: Sequence[Axes]) -> None:
+    """Name the axes of the panels of a test: q, stress path, W2n and, if there is a fourth, volume."""
+    labels = (
+        (r"axial strain $\varepsilon_1$  [%]", r"$q$  [kPa]"),
+        (r"mean stress $p'$  [kPa]", r"$q$  [kPa]"),
+        (r"axial strain $\varepsilon_1$  [%]", r"$W_{2n}$ along the path"),
+        (r"axial strain $\varepsilon_1$  [%]", r"$\varepsilon_v$  [%] (contraction positive)"),
+    )
+    for axes, (x_label, y_label) in zip(panels, labels, strict=False):
+        axes.set(xlabel=x_label, ylabel=y_label)
+        axes.grid(visible=True)
+    panels[1].set_xlim(left=0.0)

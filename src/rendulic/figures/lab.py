@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 
+from rendulic.figures.element import label_panels
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
 
 if TYPE_CHECKING:
@@ -64,15 +65,6 @@ def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figur
                     label=r"$W_2$ turns negative",
                 )  # fmt: skip
         panels[0].legend(loc="best")
-        labels = (
-            (r"axial strain $\varepsilon_1$  [%]", r"$q$  [kPa]"),
-            (r"mean stress $p'$  [kPa]", r"$q$  [kPa]"),
-            (r"axial strain $\varepsilon_1$  [%]", r"$W_{2n}$ along the path"),
-            (r"axial strain $\varepsilon_1$  [%]", r"$\varepsilon_v$  [%] (contraction positive)"),
-        )
-        for axes, (x_label, y_label) in zip(panels, labels, strict=False):
-            axes.set(xlabel=x_label, ylabel=y_label)
-            axes.grid(visible=True)
-        panels[1].set_xlim(left=0.0)
+        label_panels(panels)
         figure.suptitle(title, x=0.02, ha="left")
     return figure
