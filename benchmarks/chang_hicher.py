@@ -57,12 +57,12 @@ from scipy.integrate import solve_ivp
 from stepping import heading, processor, table  # beside this file
 
 import rendulic as rd
-from rendulic.chang_hicher.following import TOLERANCE, Run, control_for, follow_path
+from rendulic.chang_hicher.drive.following import TOLERANCE, Run, control_for, follow_path
+from rendulic.chang_hicher.drive.point_curve import point_curve
 from rendulic.chang_hicher.kernels.arrays import REACH, work_for
 from rendulic.chang_hicher.kernels.integrate import find_at_yield, remember
 from rendulic.chang_hicher.kernels.rates import VALID, rates, settle
 from rendulic.chang_hicher.kernels.watch import EVENTS, tightest
-from rendulic.chang_hicher.point_curve import point_curve
 from rendulic.tensors.sphere_rules import lebedev
 
 PATH = rd.paths.constant_volume(0.2)
@@ -440,7 +440,7 @@ FIRST_CALL = """
 import json, time
 begin = time.perf_counter()
 import rendulic as rd
-from rendulic.chang_hicher.following import follow_path
+from rendulic.chang_hicher.drive.following import follow_path
 marks = [time.perf_counter() - begin]
 for _ in range(2):
     begin = time.perf_counter()

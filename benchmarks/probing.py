@@ -84,9 +84,9 @@ from stepping import (
 )
 
 import rendulic as rd
+from rendulic.dem.drive.lanes import Lanes
+from rendulic.dem.drive.servo import drive_for, hold
 from rendulic.dem.kernels.compiled import lane_kernels_for
-from rendulic.dem.lanes import Lanes
-from rendulic.dem.servo import drive_for, hold
 
 WIDTH, NARROW = 8, 4
 STRAIN_OF_A_STEP = 2e-9

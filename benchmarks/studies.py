@@ -14,12 +14,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from rendulic.study.campaign import run_study
-from rendulic.study.local import LocalWorkers
+from rendulic.study.execution.campaign import run_study
+from rendulic.study.execution.local import LocalWorkers
+from rendulic.study.execution.run import run_units
+from rendulic.study.language.study_file import study_from
 from rendulic.study.plan import plan_of
-from rendulic.study.run import run_units
-from rendulic.study.store import Store
-from rendulic.study.study_file import study_from
+from rendulic.study.store.store import Store
 from rendulic.study.work import carry_out
 
 

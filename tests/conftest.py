@@ -93,10 +93,10 @@ def straining():
 @pytest.fixture(scope="session")
 def reported_study(tmp_path_factory):
     """The folder of a finished study with a little of everything, its figures not drawn; its numbers mean nothing."""
-    from rendulic.study import campaign
-    from rendulic.study.config import Study
+    from rendulic.study.execution import campaign
+    from rendulic.study.language.config import Study
     from rendulic.study.plan import plan_of
-    from rendulic.study.store import Store
+    from rendulic.study.store.store import Store
     from rendulic.study.work import carry_out
 
     study = {

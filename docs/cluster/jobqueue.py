@@ -10,9 +10,9 @@ import sys
 
 from dask_jobqueue import SLURMCluster
 
-from rendulic.study.campaign import run_study
-from rendulic.study.cluster import ClusterWorkers
-from rendulic.study.study_file import read_study
+from rendulic.study.execution.campaign import run_study
+from rendulic.study.execution.cluster import ClusterWorkers
+from rendulic.study.language.study_file import read_study
 
 if __name__ == "__main__":
     study, folder = sys.argv[1:]

@@ -15,17 +15,17 @@ from pydantic_core import PydanticUndefined
 FILES = (
     (
         "Studies",
-        "rendulic.study.config:Study",
+        "rendulic.study.language.config:Study",
         "For `rendulic run`; `rendulic init study.toml` writes a commented file to begin with. See [Studies](../studies.md).",
     ),
     (
         "Element tests",
-        "rendulic.study.element:ElementStudy",
+        "rendulic.study.language.element:ElementStudy",
         "For `rendulic element`; `rendulic element tests.toml --init` writes a commented file to begin with.",
     ),
     (
         "Laboratory tests",
-        "rendulic.study.lab:LabTest",
+        "rendulic.study.language.lab:LabTest",
         "For `rendulic lab`; `rendulic lab test.toml --init` writes one. See [Laboratory tests](../lab_data.md).",
     ),
     (

@@ -36,7 +36,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rendulic.lazy import lazy_names
+from rendulic.foundation.lazy import lazy_names
 
 __version__ = "0.1.0"
 
@@ -44,7 +44,7 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "chang_hicher": "rendulic.chang_hicher",
     "dem": "rendulic.dem",
     "directions": "rendulic.loading.directions",
-    "errors": "rendulic.errors",
+    "errors": "rendulic.foundation.errors",
     "figures": "rendulic.figures",
     "io": "rendulic.io",
     "micro": "rendulic.micro",
@@ -53,10 +53,10 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
     "ChangHicher": ("rendulic.chang_hicher.model", "ChangHicher"),
     "Cone": ("rendulic.probing.cone", "Cone"),
     "Control": ("rendulic.loading.control", "Control"),
-    "RendulicError": ("rendulic.errors", "RendulicError"),
-    "Snapshot": ("rendulic.snapshot", "Snapshot"),
-    "Specimen": ("rendulic.specimen", "Specimen"),
-    "State": ("rendulic.state", "State"),
+    "RendulicError": ("rendulic.foundation.errors", "RendulicError"),
+    "Snapshot": ("rendulic.specimen.snapshot", "Snapshot"),
+    "Specimen": ("rendulic.specimen.protocol", "Specimen"),
+    "State": ("rendulic.specimen.state", "State"),
     "anatomy": ("rendulic.probing.anatomy", "anatomy"),
     "bifurcation_map": ("rendulic.probing.bifurcation", "bifurcation_map"),
     "burst": ("rendulic.probing.burst", "burst"),
@@ -76,10 +76,11 @@ _PUBLIC: dict[str, str | tuple[str, str]] = {
 __all__ = [*_PUBLIC, "__version__"]
 
 if TYPE_CHECKING:
-    from rendulic import chang_hicher, dem, errors, figures, io, micro, tensors
+    from rendulic import chang_hicher, dem, figures, io, micro, tensors
     from rendulic.chang_hicher.model import ChangHicher
-    from rendulic.errors import RendulicError
     from rendulic.figures.plot import plot
+    from rendulic.foundation import errors
+    from rendulic.foundation.errors import RendulicError
     from rendulic.loading import directions, paths
     from rendulic.loading.control import Control
     from rendulic.probing.amplitude import cones_by_amplitude
@@ -92,8 +93,8 @@ if TYPE_CHECKING:
     from rendulic.probing.path_work import w2_along
     from rendulic.probing.probe import probe
     from rendulic.probing.second_order_work import second_order_work
-    from rendulic.snapshot import Snapshot
-    from rendulic.specimen import Specimen
-    from rendulic.state import State
+    from rendulic.specimen.protocol import Specimen
+    from rendulic.specimen.snapshot import Snapshot
+    from rendulic.specimen.state import State
 
 __getattr__, __dir__ = lazy_names(__name__, _PUBLIC)

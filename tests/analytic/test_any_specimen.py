@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.state import State
+from rendulic.specimen.state import State
 
 LAME, SHEAR = 40e6, 30e6
 STIFFNESS = LAME * np.ones((3, 3)) + 2 * SHEAR * np.eye(3)

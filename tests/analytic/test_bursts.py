@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.dem.energy import damping_forces, whole_step_kinetic_energy
-from rendulic.errors import InvalidInput
+from rendulic.dem.measure.energy import damping_forces, whole_step_kinetic_energy
+from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.burst import agreement, distance_to_edge
 from rendulic.tensors.rendulic_plane import increment_along
 

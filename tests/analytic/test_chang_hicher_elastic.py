@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.chang_hicher import tangent
-from rendulic.chang_hicher.planes import PlaneGeometry, contact_density, fabric_of
+from rendulic.chang_hicher.law.planes import PlaneGeometry, contact_density, fabric_of
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION, increment_along
 from rendulic.tensors.sphere_rules import bazant_oh_37, lebedev
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.dem.servo import drive_for
+from rendulic.dem.drive.servo import drive_for
 
 K, R = 356e6, 0.01
 

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 
 YOUNG, POISSON = 80e6, 0.2
 

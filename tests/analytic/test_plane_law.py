@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import brentq, minimize_scalar
 
 from rendulic.chang_hicher import plane_law
-from rendulic.chang_hicher.critical_state import (
+from rendulic.chang_hicher.law.critical_state import (
     critical_pressure,
     critical_void_ratio,
     peak_friction,

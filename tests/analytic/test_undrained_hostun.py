@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.chang_hicher import plane_law, plane_stiffness
-from rendulic.chang_hicher.critical_state import critical_pressure
+from rendulic.chang_hicher.law.critical_state import critical_pressure
 from rendulic.tensors.sphere_rules import lebedev
 
 P = 300e3

@@ -15,8 +15,7 @@ SOURCE = Path(rendulic.__file__).parent
 FILES = sorted(SOURCE.rglob("*.py"))
 # level of each part; a part may import parts of a lower level, and itself
 LEVELS = {
-    "errors": 0, "tensors": 0, "loading": 0, "specimen": 0, "snapshot": 0, "state": 0, "curve": 0, "progress": 0,
-    "checks": 0, "lazy": 0, "shown": 0, "whole_file": 0, "validation": 0,
+    "foundation": 0, "tensors": 0, "loading": 0, "specimen": 0,
     "dem": 1, "chang_hicher": 1, "micro": 1,
     "probing": 2,
     "io": 3, "study": 3,
@@ -38,10 +37,10 @@ ONLY_IN = {
     "jinja2": {"report"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "pydantic": {"validation.py", "study", "io/plain_text.py", "chang_hicher/parameters.py"},
-    "h5py": {"state.py", "io", "study/unit_file.py"},
+    "pydantic": {"foundation/validation.py", "study", "io/plain_text.py", "chang_hicher/law/parameters.py"},
+    "h5py": {"specimen/state.py", "io", "study/store/unit_file.py"},
     "numba": {"dem/kernels", "chang_hicher/kernels"},
-    "distributed": {"study/cluster.py"},
+    "distributed": {"study/execution/cluster.py"},
     "scipy": {"tensors/sphere_rules.py", "micro/clustering.py", "io/lammps/history.py"},
 }
 
@@ -94,7 +93,7 @@ def test_an_upward_import_is_noticed(tmp_path, monkeypatch):
     wrong = tmp_path / "micro" / "wrong.py"
     wrong.parent.mkdir()
     wrong.write_text(
-        "import rendulic.cli.main\nfrom rendulic import probing\nfrom rendulic.errors import InvalidInput\n"
+        "import rendulic.cli.main\nfrom rendulic import probing\nfrom rendulic.foundation.errors import InvalidInput\n"
         "def lazy():\n    from rendulic.dem.assembly import Assembly\n"
     )
     monkeypatch.setattr(sys.modules[__name__], "SOURCE", tmp_path)

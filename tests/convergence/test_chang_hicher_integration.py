@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.chang_hicher import load_many, tangent
-from rendulic.chang_hicher.following import Run, control_for
+from rendulic.chang_hicher.drive.following import Run, control_for
 from rendulic.tensors.sphere_rules import bazant_oh_37, lebedev
 
 P = 300e3

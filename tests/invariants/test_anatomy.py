@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.micro import clustering, contact_work, fabric, grain_work
 from rendulic.micro.clustering import moran
 from rendulic.probing.anatomy import carriers, summary

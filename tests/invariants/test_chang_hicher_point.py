@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import rendulic as rd
 from rendulic.chang_hicher import MaterialPoint, closed_form_cone, load_many, stability, tangent
-from rendulic.chang_hicher.plane_law import mobilised_friction
+from rendulic.chang_hicher.law.plane_law import mobilised_friction
 from rendulic.loading.paths import Path
-from rendulic.specimen import HasGrains
+from rendulic.specimen.protocol import HasGrains
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION, increment_along
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.micro import contact_work, love_weber_stress
 
 

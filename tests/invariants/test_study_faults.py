@@ -15,12 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from rendulic.errors import RendulicError
-from rendulic.study.campaign import run_study
-from rendulic.study.local import LocalWorkers
+from rendulic.foundation.errors import RendulicError
+from rendulic.study.execution.campaign import run_study
+from rendulic.study.execution.local import LocalWorkers
+from rendulic.study.language.study_file import read_study
 from rendulic.study.plan import plan_of
-from rendulic.study.store import Store
-from rendulic.study.study_file import read_study
+from rendulic.study.store.store import Store
 
 COMMAND = [sys.executable, "-c", "from rendulic.cli.main import run; run()"]
 NO_TABLES = "[figures]\ntables = false\n"
@@ -138,10 +138,11 @@ def test_fifty_kills_at_random_moments(study, tmp_path, say):
 WRITER = """
 import os, signal, sys
 from pathlib import Path
-from rendulic.study import store, worker, unit_file
-from rendulic.study.study_file import read_study
+from rendulic.study.execution import worker
+from rendulic.study.store import store, unit_file
+from rendulic.study.language.study_file import read_study
 from rendulic.study.plan import plan_of
-import rendulic.whole_file as whole
+import rendulic.foundation.whole_file as whole
 
 def die(*_):
     os.kill(os.getpid(), signal.SIGKILL)
@@ -331,7 +332,7 @@ def test_clock_jumps_change_nothing(study, tmp_path, monkeypatch):
 
 def test_a_worker_of_another_version_is_refused(study, tmp_path, monkeypatch):
     """Nothing of another version gets among the results."""
-    from rendulic.study import unit
+    from rendulic.study.store import unit
 
     monkeypatch.setattr(unit, "__version__", "0.0.9")
     with pytest.raises(RendulicError, match=r"this worker runs rendulic .*, the study rendulic 0\.0\.9"):

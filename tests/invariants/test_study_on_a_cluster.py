@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from rendulic.errors import InvalidInput, RendulicError
-from rendulic.study.campaign import run_study
-from rendulic.study.cluster import ClusterWorkers
-from rendulic.study.store import Store
-from rendulic.study.study_file import study_from
+from rendulic.foundation.errors import InvalidInput, RendulicError
+from rendulic.study.execution.campaign import run_study
+from rendulic.study.execution.cluster import ClusterWorkers
+from rendulic.study.language.study_file import study_from
+from rendulic.study.store.store import Store
 
 pytest.importorskip("distributed")
 
@@ -145,7 +145,7 @@ def test_a_killed_scheduler_ends_the_run_with_a_sentence(cluster, tmp_path):
 
 
 def test_workers_of_another_version_are_refused(cluster, tmp_path, monkeypatch):
-    from rendulic.study import unit
+    from rendulic.study.store import unit
 
     monkeypatch.setattr(unit, "__version__", "0.0.9")
     with pytest.raises(RendulicError, match=r"this worker runs rendulic .*, the study rendulic 0\.0\.9"):
@@ -156,7 +156,7 @@ def test_workers_of_another_version_are_refused(cluster, tmp_path, monkeypatch):
 
 
 def test_no_scheduler_is_told(tmp_path, monkeypatch):
-    from rendulic.study import cluster
+    from rendulic.study.execution import cluster
 
     monkeypatch.setattr(cluster, "PATIENCE", 1)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):

@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.chang_hicher import tangent
-from rendulic.chang_hicher.following import follow_path
+from rendulic.chang_hicher.drive.following import follow_path
 from rendulic.tensors.rendulic_plane import increment_along
 from rendulic.tensors.sphere_rules import bazant_oh_37, lebedev
 

@@ -178,7 +178,7 @@ def test_kernels_without_the_compiler(sheared_state, tmp_path):
 )
 def test_kernels_get_arrays_in_c_order_only(sheared_state, stresses):
     """One memory layout, one compiled signature: a transposed basis once reached code compiled for the other order."""
-    from rendulic.dem.servo import drive_for
+    from rendulic.dem.drive.servo import drive_for
 
     sample = rd.dem.Assembly.from_state(sheared_state)
     control = rd.Control.of_stresses(stresses, ("strain", "stress", "stress"))

@@ -11,9 +11,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import rendulic as rd
-from rendulic.dem.lanes import Lanes, batches
-from rendulic.dem.servo import drive_for, hold
-from rendulic.errors import UnstableTimeStep
+from rendulic.dem.drive.lanes import Lanes, batches
+from rendulic.dem.drive.servo import drive_for, hold
+from rendulic.foundation.errors import UnstableTimeStep
 
 RATES = np.array(
     [
@@ -164,8 +164,8 @@ def test_without_the_compiler():
     """The kernels are plain Python: a small packing in lanes with the compiler off."""
     code = (
         "import numpy as np, rendulic as rd\n"
-        "from rendulic.dem.lanes import Lanes\n"
-        "from rendulic.dem.servo import drive_for, hold\n"
+        "from rendulic.dem.drive.lanes import Lanes\n"
+        "from rendulic.dem.drive.servo import drive_for, hold\n"
         "x = np.array([[0.0101, 0.01, 0.01], [0.0298, 0.011, 0.0102]])\n"
         "a = rd.dem.Assembly(x, np.array([0.01, 0.01]), [0.0, 0.04, 0.0, 0.04, 0.0, 0.04])\n"
         "rate = np.array([[2.0, -1.0, 0.5]])\n"

@@ -7,10 +7,10 @@ import pytest
 
 import rendulic as rd
 from naive import near_pairs, near_walls
-from rendulic.dem.grains import make_grains
 from rendulic.dem.kernels.arrays import Contacts, Walls
-from rendulic.dem.neighbours import find_contacts
-from rendulic.errors import UnstableTimeStep
+from rendulic.dem.state.grains import make_grains
+from rendulic.dem.state.neighbours import find_contacts
+from rendulic.foundation.errors import UnstableTimeStep
 
 BOX = np.array([-0.2, 0.3, 1.0, 1.4, -3.0, -2.1])
 

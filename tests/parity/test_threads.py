@@ -9,9 +9,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import rendulic as rd
-from rendulic.dem import team
-from rendulic.dem.servo import drive_for, hold
-from rendulic.errors import InvalidInput
+from rendulic.dem.drive import team
+from rendulic.dem.drive.servo import drive_for, hold
+from rendulic.foundation.errors import InvalidInput
 
 
 @pytest.fixture

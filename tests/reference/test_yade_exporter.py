@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 
 YADE = shutil.which("yade") or shutil.which("yade-batch")
 SCRIPT = Path(__file__).with_name("yade_states.py")

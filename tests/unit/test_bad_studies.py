@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from rendulic.chang_hicher import Parameters
-from rendulic.study.config import BurstSet, ConeSet, Contact, Figures, Loading, Packing, ProbeSet, Recipe
-from rendulic.study.element import ElementTest, Model
+from rendulic.study.language.config import BurstSet, ConeSet, Contact, Figures, Loading, Packing, ProbeSet, Recipe
+from rendulic.study.language.element import ElementTest, Model
 
 GOOD = """
 [specimen]
@@ -214,8 +214,8 @@ def test_enough_of_them():
 
 def test_the_good_one_is_good(tmp_path):
     """What the bad ones are made from is a study."""
+    from rendulic.study.language.study_file import read_study
     from rendulic.study.plan import plan_of
-    from rendulic.study.study_file import read_study
 
     (tmp_path / "good.toml").write_text(GOOD)
     assert {unit.kind for unit in plan_of(read_study(tmp_path / "good.toml")).units.values()} == {

@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.chang_hicher import MaterialPoint, closed_form_cone, load_many, material, plane_law, stability, tangent
-from rendulic.chang_hicher.critical_state import critical_void_ratio, peak_friction
-from rendulic.errors import InvalidInput
+from rendulic.chang_hicher.law.critical_state import critical_void_ratio, peak_friction
+from rendulic.foundation.errors import InvalidInput
 from rendulic.io.tables import read_dataset, write_dataset
 from rendulic.loading.paths import Path
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.cone_table import with_spread
 from rendulic.tensors.rendulic_plane import direction_of, increment_along
 

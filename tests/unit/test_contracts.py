@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rendulic as rd
-from rendulic.errors import DidNotConverge, InvalidInput, NotEquilibrated, UnstableTimeStep
+from rendulic.foundation.errors import DidNotConverge, InvalidInput, NotEquilibrated, UnstableTimeStep
 
 BOX = [0.0, 1.0] * 3
 TWO = {"position": [[0.5, 0.5, 0.5], [0.52, 0.5, 0.5]], "radius": [0.01, 0.01], "walls": BOX}
@@ -61,7 +61,7 @@ def test_time_steps_beyond_the_limit_are_refused(time_step, packed):
 
 def test_time_step_limit_is_sharp(packed):
     """Just below 0.58 of the critical step is taken, just above is not."""
-    from rendulic.dem.time_step import critical_time_step
+    from rendulic.dem.measure.time_step import critical_time_step
 
     limit = 0.58 * critical_time_step(packed)
     packed.set_time_step(0.9999 * limit)

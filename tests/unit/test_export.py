@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import rendulic as rd
-from rendulic.errors import CorruptFile, InvalidInput, RendulicError
+from rendulic.foundation.errors import CorruptFile, InvalidInput, RendulicError
 from rendulic.io.export import export, export_all
 from rendulic.io.tables import write_tables
 

@@ -9,10 +9,10 @@ import pytest
 import rendulic as rd
 from rendulic.io.tables import read_dataset
 from rendulic.probing.burst import VERDICTS
-from rendulic.study.campaign import run_study
-from rendulic.study.config import Study
 from rendulic.study.draw import needed_by
+from rendulic.study.execution.campaign import run_study
 from rendulic.study.failure_tables import burst_text
+from rendulic.study.language.config import Study
 from rendulic.study.plan import plan_of
 from rendulic.study.sands import around_and_within
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import rendulic as rd
-from rendulic.errors import InvalidInput, RendulicError
-from rendulic.study.element import read_element_study
-from rendulic.study.lab import example, run_lab_test
+from rendulic.foundation.errors import InvalidInput, RendulicError
+from rendulic.study.language.element import read_element_study
+from rendulic.study.language.lab import example, run_lab_test
 
 COLUMNS = {"eps_1": "Axial strain", "q": "q", "pore_pressure": "u"}
 UNITS = {"eps_1": "%", "q": "kPa", "pore_pressure": "kPa", "cell_pressure": "kPa"}

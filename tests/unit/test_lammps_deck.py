@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.errors import InvalidInput, NotEquilibrated
+from rendulic.foundation.errors import InvalidInput, NotEquilibrated
 from rendulic.io.lammps.grain_types import sorted_into_types
 from rendulic.io.lammps.history import velocities_for
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.errors import CorruptFile, InvalidInput, RendulicError
+from rendulic.foundation.errors import CorruptFile, InvalidInput, RendulicError
 
 FACES = " ".join(f"v_wall{k}" for k in range(1, 7))
 FIXES = " ".join(f"f_{axis}walls[{k}]" for axis in "xyz" for k in range(1, 8))

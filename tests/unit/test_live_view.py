@@ -14,7 +14,7 @@ from threading import Thread
 
 import pytest
 
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.report.findings import Findings
 from rendulic.report.live import LiveView
 

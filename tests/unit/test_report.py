@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import rendulic as rd
-from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.report import trust as trust_table
 from rendulic.report import write_report
 from rendulic.report.circles import circles
@@ -23,7 +23,7 @@ from rendulic.report.findings import Findings
 from rendulic.report.page import render, sections
 from rendulic.report.specimen import specimen
 from rendulic.report.trust import checks, energy_error
-from rendulic.study.status import status_of
+from rendulic.study.execution.status import status_of
 
 ALL = ["run", "trust", "loading", "directions", "cones", "bursts", "anatomy", "specimen", "model"]
 STYLE = resources.files("rendulic.report").joinpath("templates", "style.css").read_text(encoding="utf-8")
@@ -206,7 +206,7 @@ def test_a_moving_state_is_not_at_rest(reported_study):
 
 def test_lost_energy_is_missed(findings):
     """Of work that friction took and nobody counted, the whole is missing."""
-    from rendulic.dem.energy import energies
+    from rendulic.dem.measure.energy import energies
 
     place = findings.places[-1]
     state, before = findings.states[place], energies(findings.results.specimen(*place[:2]))

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
 from rendulic.figures.style import INK, new_figure
-from rendulic.shown import Shown
+from rendulic.foundation.errors import InvalidInput
+from rendulic.foundation.notebooks import Shown
 
 
 @pytest.fixture(scope="module")

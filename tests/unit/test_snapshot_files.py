@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import rendulic as rd
-from rendulic.errors import CorruptFile, InvalidInput, RendulicError
+from rendulic.foundation.errors import CorruptFile, InvalidInput, RendulicError
 from rendulic.tensors.rendulic_plane import increment_along
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import rendulic as rd
 from naive import different_arrays
-from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.foundation.errors import CorruptFile, InvalidInput
 
 
 @pytest.fixture

@@ -8,12 +8,12 @@ import re
 import pytest
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.io.tables import read_dataset
-from rendulic.study.campaign import recorded, run_study
-from rendulic.study.config import Study
+from rendulic.study.execution.campaign import recorded, run_study
+from rendulic.study.language.config import Study
+from rendulic.study.language.study_file import PRESETS, preset, preset_text, read_study, template, with_seed
 from rendulic.study.plan import plan_of
-from rendulic.study.study_file import PRESETS, preset, preset_text, read_study, template, with_seed
 
 FIGURES = ("fig1", "fig2", "fig3", "fig4")
 

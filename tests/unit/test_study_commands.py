@@ -10,10 +10,10 @@ import pytest
 from rich.console import Console
 
 from rendulic.cli import progress
-from rendulic.study.campaign import recorded
-from rendulic.study.store import Store
-from rendulic.study.study_file import read_study
-from rendulic.study.unit import Unit
+from rendulic.study.execution.campaign import recorded
+from rendulic.study.language.study_file import read_study
+from rendulic.study.store.store import Store
+from rendulic.study.store.unit import Unit
 
 TESTS = "".join(
     f'[[test]]\nname = "t{k}"\npath = "undrained"\npressure_pa = {k + 1}e5\nvoid_ratio = 0.9\naxial_strain = 0.01\n'

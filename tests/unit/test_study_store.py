@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rendulic.errors import CorruptFile, InvalidInput
-from rendulic.state import State
-from rendulic.study.store import Store
-from rendulic.study.unit import Unit, key_of
-from rendulic.study.unit_file import from_bytes
+from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.specimen.state import State
+from rendulic.study.store.store import Store
+from rendulic.study.store.unit import Unit, key_of
+from rendulic.study.store.unit_file import from_bytes
 
 UNIT = Unit("state", "a state", {"eta": 0.1, "norms": [1e-5, 2e-5], "porosity": None}, {})
 

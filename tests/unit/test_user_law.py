@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from naive import different_arrays
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 
 BOX = [0.0, 1.0] * 3
 
@@ -157,8 +157,8 @@ def test_captured_numbers_are_those_of_the_law():
 
 def test_a_users_law_gets_lanes():
     """Probes of an assembly with a user's law advance together, and as one by one; open pairs spoil nothing."""
-    from rendulic.dem.lanes import Lanes
-    from rendulic.dem.servo import drive_for, hold
+    from rendulic.dem.drive.lanes import Lanes
+    from rendulic.dem.drive.servo import drive_for, hold
 
     # the second pair is a candidate that does not touch: the law would be asked for a negative overlap to 1.5
     position = [[0.5, 0.5, 0.5], [0.5299, 0.5, 0.5], [0.5, 0.5302, 0.5]]

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import rendulic as rd
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.io.vtkhdf import write_contacts, write_grains, write_walls
 
 WRITERS = {"grains": write_grains, "contacts": write_contacts, "walls": write_walls}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.errors import CorruptFile, InvalidInput, RendulicError
+from rendulic.foundation.errors import CorruptFile, InvalidInput, RendulicError
 
 
 def fields():

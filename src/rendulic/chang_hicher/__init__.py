@@ -1,7 +1,6 @@
 """The microstructural model of Chang and Hicher: contact planes, undrained sand, local and global instability."""
 
-from rendulic.chang_hicher import plane_law
-from rendulic.chang_hicher.batch import load_many
+from rendulic.chang_hicher.drive.batch import load_many
 from rendulic.chang_hicher.failure_modes import (
     Stability,
     Tangent,
@@ -10,8 +9,9 @@ from rendulic.chang_hicher.failure_modes import (
     stability,
     tangent,
 )
+from rendulic.chang_hicher.law import plane_law
+from rendulic.chang_hicher.law.parameters import PRESETS, Parameters, material
 from rendulic.chang_hicher.model import ChangHicher
-from rendulic.chang_hicher.parameters import PRESETS, Parameters, material
 from rendulic.chang_hicher.point import MaterialPoint
 
 __all__ = [

@@ -10,8 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rendulic.chang_hicher import plane_law
-from rendulic.chang_hicher.following import look_at, reference_scales
+from rendulic.chang_hicher.drive.following import look_at, reference_scales
 from rendulic.chang_hicher.kernels.arrays import (
     BETA,
     BY_PRESSURE,
@@ -28,10 +27,11 @@ from rendulic.chang_hicher.kernels.arrays import (
 )
 from rendulic.chang_hicher.kernels.integrate import find_at_yield
 from rendulic.chang_hicher.kernels.rates import VALID, settle, void_ratio_effect
-from rendulic.chang_hicher.plane_law import Number
+from rendulic.chang_hicher.law import plane_law
+from rendulic.chang_hicher.law.plane_law import Number
 from rendulic.chang_hicher.point import MaterialPoint
-from rendulic.checks import finite_array
-from rendulic.errors import DidNotConverge, InvalidInput
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import DidNotConverge, InvalidInput
 from rendulic.tensors.rendulic_plane import increment_along
 
 __all__ = ["Stability", "Tangent", "closed_form_cone", "plane_stiffness", "stability", "tangent"]

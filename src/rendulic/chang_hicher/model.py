@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.chang_hicher.critical_state import critical_void_ratio, peak_friction
 from rendulic.chang_hicher.kernels.arrays import Material, to_mandel
-from rendulic.chang_hicher.parameters import Parameters, check_denominator, material
-from rendulic.chang_hicher.plane_law import FORMULATIONS
-from rendulic.chang_hicher.planes import PlaneGeometry
-from rendulic.checks import finite_array, positive_number
-from rendulic.errors import InvalidInput, one_of
+from rendulic.chang_hicher.law.critical_state import critical_void_ratio, peak_friction
+from rendulic.chang_hicher.law.parameters import Parameters, check_denominator, material
+from rendulic.chang_hicher.law.plane_law import FORMULATIONS
+from rendulic.chang_hicher.law.planes import PlaneGeometry
+from rendulic.foundation.checks import finite_array, positive_number
+from rendulic.foundation.errors import InvalidInput, one_of
+from rendulic.foundation.validation import validated
 from rendulic.loading.paths import Path
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37
-from rendulic.validation import validated
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,8 +146,8 @@ class ChangHicher:
 
     @classmethod
     def load_many(cls, parameters: Mapping[str, Any], path: Path, **options: Any) -> xr.Dataset:
-        """One test with many sets of parameters, on all cores: see `rendulic.chang_hicher.batch.load_many`."""
-        from rendulic.chang_hicher.batch import load_many
+        """One test with many sets of parameters, on all cores: see `rendulic.chang_hicher.drive.batch.load_many`."""
+        from rendulic.chang_hicher.drive.batch import load_many
 
         return load_many(parameters, path, **options)
 

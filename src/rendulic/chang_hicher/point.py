@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.chang_hicher import controllability, following
+from rendulic.chang_hicher.drive import controllability, following
 from rendulic.chang_hicher.kernels.arrays import SIGMA, TAN_PEAK, TAU, to_tensor
 from rendulic.chang_hicher.model import ChangHicher
-from rendulic.checks import finite_array
-from rendulic.errors import InvalidInput, one_of
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import InvalidInput, one_of
+from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.paths import Path
-from rendulic.progress import Progress, silent
-from rendulic.state import State
+from rendulic.specimen.state import State
 from rendulic.tensors.sphere_rules import SphereRule
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class MaterialPoint:
         Returns
         -------
         xarray.Dataset
-            Dimension `record` (two records at one strain where a plane changes sides): the curve (`rendulic.curve`), with `w2` per squared axial strain rate in
+            Dimension `record` (two records at one strain where a plane changes sides): the curve (`rendulic.specimen.curve`), with `w2` per squared axial strain rate in
             Pa, determinants and Hill's eigenvalue; `plane`: local stresses, strains and W2; `event`: what
             happened where. See `following.dataset`.
 

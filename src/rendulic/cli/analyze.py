@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from rendulic.snapshot import Snapshot
+    from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["analyze"]
 
@@ -44,9 +44,9 @@ def analyze(
     """
     from dataclasses import replace
 
-    from rendulic.errors import one_of
+    from rendulic.foundation.errors import one_of
+    from rendulic.foundation.whole_file import writable_folder
     from rendulic.io.reading import read
-    from rendulic.whole_file import writable_folder
 
     axis = AXES[one_of(axial, AXES, "axial axis")]
 
@@ -139,7 +139,7 @@ def _manifest(folder: Path) -> tuple[list[str], str | None]:
     """Files after probes, and that after the null probe, if there is one; none lies outside of the folder."""
     import pandas as pd
 
-    from rendulic.errors import CorruptFile
+    from rendulic.foundation.errors import CorruptFile
 
     path = folder / MANIFEST
     try:
@@ -177,7 +177,7 @@ def _write_json(values: dict[str, Any], path: Path) -> None:
 
     import numpy as np
 
-    from rendulic.whole_file import whole_file
+    from rendulic.foundation.whole_file import whole_file
 
     plain = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in values.items()}
     with whole_file(path) as temporary:

@@ -29,8 +29,8 @@ def element(
 
     Example: rendulic element tests.toml --init && rendulic element tests.toml -o elements
     """
-    from rendulic.study.element import example, read_element_study
     from rendulic.study.element_results import run_element_study
+    from rendulic.study.language.element import example, read_element_study
 
     if init:
         write_new(study, example())

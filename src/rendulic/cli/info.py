@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from rendulic.chang_hicher.point import MaterialPoint
     from rendulic.dem.assembly import Assembly
-    from rendulic.specimen import Specimen
+    from rendulic.specimen.protocol import Specimen
 
 __all__ = ["info"]
 
@@ -44,8 +44,8 @@ def info(
 
 
 def _of_study(folder: Path, check: bool) -> None:
-    from rendulic.study.campaign import recorded
-    from rendulic.study.status import status_of
+    from rendulic.study.execution.campaign import recorded
+    from rendulic.study.execution.status import status_of
 
     status = status_of(folder)
     typer.echo(f"{folder}: {status.done} of {status.total} units are done")

@@ -20,14 +20,14 @@ def init(
 
     Example: rendulic init study.toml && rendulic run study.toml -o results
     """
-    from rendulic.study.study_file import preset_text, template
+    from rendulic.study.language.study_file import preset_text, template
 
     write_new(file, template() if preset is None else preset_text(preset))
 
 
 def write_new(file: Path, text: str) -> None:
     """Write a file that is not there yet, and say so."""
-    from rendulic.errors import InvalidInput
+    from rendulic.foundation.errors import InvalidInput
 
     if file.exists():
         raise InvalidInput(f"{file} exists already: choose another name for the new file")

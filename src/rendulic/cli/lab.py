@@ -20,7 +20,7 @@ def lab(
     Example: rendulic lab test.toml --init && rendulic lab test.toml -o lab
     """
     from rendulic.cli.init import write_new
-    from rendulic.study.lab import example, run_lab_test
+    from rendulic.study.language.lab import example, run_lab_test
 
     if init:
         write_new(test, example())

@@ -18,7 +18,7 @@ from rendulic.cli.report import report
 from rendulic.cli.reproduce import reproduce
 from rendulic.cli.run import run as run_command
 from rendulic.cli.view import view
-from rendulic.errors import RendulicError
+from rendulic.foundation.errors import RendulicError
 
 app = typer.Typer(
     help="Second-order work of granular materials: do they fail, in which directions, through which grains?",

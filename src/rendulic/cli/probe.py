@@ -27,11 +27,11 @@ def probe(
     """
     from rendulic import figures
     from rendulic.cli.specimens import read_specimen
+    from rendulic.foundation.whole_file import writable_folder
     from rendulic.io.tables import write_dataset
     from rendulic.loading import directions
     from rendulic.probing.probe import probe as run_probes
     from rendulic.tensors.invariants import stress_ratio
-    from rendulic.whole_file import writable_folder
 
     sample = read_specimen(state)
     writable_folder(output)

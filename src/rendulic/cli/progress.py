@@ -18,14 +18,14 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from rendulic.progress import Progress as Callback
-from rendulic.progress import silent
+from rendulic.foundation.progress import Progress as Callback
+from rendulic.foundation.progress import silent
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
-    from rendulic.study.run import Watch
-    from rendulic.study.unit import Unit
+    from rendulic.study.execution.run import Watch
+    from rendulic.study.store.unit import Unit
 
 __all__ = ["campaign", "stages"]
 

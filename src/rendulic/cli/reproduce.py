@@ -49,12 +49,12 @@ def reproduce(
 
     Example: rendulic reproduce fig6 fig7 fig9 fig10 -o model
     """
-    from rendulic.errors import one_of
+    from rendulic.foundation.errors import one_of
     from rendulic.study import reproduce_model as model
-    from rendulic.study.campaign import run_study
-    from rendulic.study.config import FIGURES
-    from rendulic.study.study_file import preset as load_preset
-    from rendulic.study.study_file import with_seed
+    from rendulic.study.execution.campaign import run_study
+    from rendulic.study.language.config import FIGURES
+    from rendulic.study.language.study_file import preset as load_preset
+    from rendulic.study.language.study_file import with_seed
 
     of_study = [name for name in FIGURES if name not in OTHERS]
     wanted = [one_of(name, (*of_study, *model.FIGURES), "figure") for name in figures or (*FIRST, *model.FIGURES)]

@@ -13,7 +13,7 @@ import typer
 from rendulic.cli.progress import campaign
 
 if TYPE_CHECKING:
-    from rendulic.study.campaign import Report
+    from rendulic.study.execution.campaign import Report
 
 __all__ = ["in_order", "run", "say_how_it_went", "workers_of"]
 
@@ -44,8 +44,8 @@ def run(
 
     Example: rendulic run study.toml -o results
     """
-    from rendulic.study.campaign import run_study
-    from rendulic.study.study_file import read_study
+    from rendulic.study.execution.campaign import run_study
+    from rendulic.study.language.study_file import read_study
 
     read = read_study(study)
     folder = output or Path(study.stem)
@@ -78,10 +78,10 @@ def in_order() -> Iterator[None]:
 def workers_of(scheduler: str | None, workers: int | None):
     """What gives the workers for a folder."""
     if scheduler is None:
-        from rendulic.study.local import LocalWorkers
+        from rendulic.study.execution.local import LocalWorkers
 
         return lambda folder: LocalWorkers(folder, workers)
-    from rendulic.study.cluster import ClusterWorkers
+    from rendulic.study.execution.cluster import ClusterWorkers
 
     return lambda folder: ClusterWorkers(folder, scheduler)
 

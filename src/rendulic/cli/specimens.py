@@ -25,7 +25,7 @@ def read_specimen(path: Path) -> Assembly | MaterialPoint:
     from rendulic.chang_hicher.point import KIND, MaterialPoint
     from rendulic.dem.assembly import Assembly
     from rendulic.io.reading import read_assembly
-    from rendulic.state import State
+    from rendulic.specimen.state import State
 
     if path.suffix in (".npz", ".data"):
         return read_assembly(path)

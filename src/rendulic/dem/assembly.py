@@ -6,21 +6,23 @@ from math import isfinite
 
 import numpy as np
 
-from rendulic.checks import finite_array, positive_number
-from rendulic.dem import burst, equilibrium, loading, saving
-from rendulic.dem.energy import energies, kinetic_energy
-from rendulic.dem.grains import make_grains, morton_order, sphere_masses
+from rendulic.dem.drive import burst, loading
+from rendulic.dem.drive.lanes import probe_in_lanes
+from rendulic.dem.drive.team import Prepared, in_ranks, prepared, threads_for
 from rendulic.dem.kernels.arrays import DAMPING, Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
 from rendulic.dem.kernels.compiled import kernels_for
-from rendulic.dem.lanes import probe_in_lanes
 from rendulic.dem.laws import ContactLaw, LinearFrictional
-from rendulic.dem.neighbours import find_contacts
-from rendulic.dem.placement import refuse_deep_overlaps, refuse_outside
-from rendulic.dem.team import Prepared, in_ranks, prepared, threads_for
-from rendulic.dem.time_step import critical_time_step
-from rendulic.errors import InvalidInput, UnstableTimeStep
-from rendulic.snapshot import Snapshot
-from rendulic.state import State
+from rendulic.dem.measure import equilibrium
+from rendulic.dem.measure.energy import energies, kinetic_energy
+from rendulic.dem.measure.time_step import critical_time_step
+from rendulic.dem.state import saving
+from rendulic.dem.state.grains import make_grains, morton_order, sphere_masses
+from rendulic.dem.state.neighbours import find_contacts
+from rendulic.dem.state.placement import refuse_deep_overlaps, refuse_outside
+from rendulic.foundation.checks import finite_array, positive_number
+from rendulic.foundation.errors import InvalidInput, UnstableTimeStep
+from rendulic.specimen.snapshot import Snapshot
+from rendulic.specimen.state import State
 from rendulic.tensors.invariants import mean_stress, stress_ratio
 
 __all__ = ["Assembly"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 
-from rendulic.errors import InvalidInput
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure, sequence
+from rendulic.foundation.errors import InvalidInput
 
 if TYPE_CHECKING:
     import xarray as xr

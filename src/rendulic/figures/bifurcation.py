@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 
-from rendulic.errors import InvalidInput
 from rendulic.figures.cones import GREY, TURNS, direction_range, draw_edges, draw_sector, landmarks, say_none
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
+from rendulic.foundation.errors import InvalidInput
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 
-from rendulic.errors import InvalidInput
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
+from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.edges import UNKNOWN
 from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
 

@@ -12,7 +12,7 @@ from rendulic.figures.style import COLOURS, FAINT, RC, new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from rendulic.snapshot import Snapshot
+    from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["forces"]
 

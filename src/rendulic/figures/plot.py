@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from rendulic.errors import InvalidInput
 from rendulic.figures.anatomy import anatomy
 from rendulic.figures.bifurcation import bifurcation_map
 from rendulic.figures.bursts import burst_table
@@ -18,9 +17,10 @@ from rendulic.figures.forces import forces
 from rendulic.figures.stereogram import stereogram
 from rendulic.figures.triaxial import deviatoric_stress
 from rendulic.figures.work_by_class import work_by_class
+from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.cone import Cone
 from rendulic.probing.second_order_work import SecondOrderWork
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,8 +8,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import ListedColormap
 
-from rendulic.errors import InvalidInput
 from rendulic.figures.style import FAINT, INK, NEGATIVE, RC, new_figure
+from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.increment_sphere import DEVIATORIC_AXES, equal_area
 from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, increment_along
 

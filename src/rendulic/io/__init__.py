@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rendulic.lazy import lazy_names
+from rendulic.foundation.lazy import lazy_names
 
 _PUBLIC: dict[str, str | tuple[str, str]] = {
     "lammps": "rendulic.io.lammps",

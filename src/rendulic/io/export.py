@@ -6,15 +6,15 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from rendulic.errors import InvalidInput, RendulicError, one_of
+from rendulic.foundation.errors import InvalidInput, RendulicError, one_of
+from rendulic.foundation.whole_file import writable_folder
 from rendulic.io.lammps import write_deck
 from rendulic.io.plain_text import write_plain_text
 from rendulic.io.reading import read, read_assembly
 from rendulic.io.tables import read_dataset, write_dataset, write_tables
 from rendulic.io.vtkhdf import write_vtkhdf
 from rendulic.probing.anatomy import anatomy
-from rendulic.snapshot import Snapshot
-from rendulic.whole_file import writable_folder
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["FORMATS", "export", "export_all"]
 

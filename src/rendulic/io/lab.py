@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.checks import finite_array, whole_number
-from rendulic.curve import labelled_curve, stress_columns
-from rendulic.errors import InvalidInput, nearest, one_of
+from rendulic.foundation.checks import finite_array, whole_number
+from rendulic.foundation.errors import InvalidInput, nearest, one_of
+from rendulic.specimen.curve import labelled_curve, stress_columns
 
 if TYPE_CHECKING:
     import xarray as xr

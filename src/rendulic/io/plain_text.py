@@ -24,11 +24,11 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.validation import Section, read_toml, validated
+from rendulic.foundation.whole_file import whole_file, writable_folder
 from rendulic.io.snapshot import LARGEST, checked, nearest_images
-from rendulic.snapshot import Snapshot
-from rendulic.validation import Section, read_toml, validated
-from rendulic.whole_file import whole_file, writable_folder
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["read_plain_text", "write_plain_text"]
 

@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rendulic.errors import CorruptFile, InvalidInput
-from rendulic.snapshot import Snapshot
+from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.specimen.snapshot import Snapshot
 
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly
@@ -64,7 +64,7 @@ def read_assembly(path: str | os.PathLike) -> Assembly:
     """
     from rendulic.dem.assembly import Assembly
     from rendulic.io import lammps, yade
-    from rendulic.state import State
+    from rendulic.specimen.state import State
 
     path = Path(path)
     if path.is_file() and path.suffix == ".npz":
@@ -91,7 +91,7 @@ def _format(path: Path) -> object:
 
 def _of_state(path: Path) -> Snapshot:
     from rendulic.dem.assembly import Assembly
-    from rendulic.state import State
+    from rendulic.specimen.state import State
 
     state = State.from_file(path)
     try:

@@ -29,9 +29,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.errors import CorruptFile, InvalidInput
-from rendulic.snapshot import Snapshot
-from rendulic.whole_file import whole_file
+from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.whole_file import whole_file
+from rendulic.specimen.snapshot import Snapshot
 
 if TYPE_CHECKING:
     import h5py

@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rendulic.errors import CorruptFile, InvalidInput
-from rendulic.whole_file import whole_file
+from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr

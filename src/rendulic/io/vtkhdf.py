@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.checks import finite_array
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import InvalidInput
+from rendulic.foundation.whole_file import whole_file, writable_folder
 from rendulic.micro.contact_work import CLASSES
 from rendulic.probing.anatomy import anatomy as anatomy_of_pair
-from rendulic.snapshot import Snapshot
-from rendulic.whole_file import whole_file, writable_folder
+from rendulic.specimen.snapshot import Snapshot
 
 if TYPE_CHECKING:
     import xarray as xr

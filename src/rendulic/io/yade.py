@@ -17,13 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-from rendulic.checks import finite_array
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
-from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.whole_file import whole_file
 from rendulic.io.snapshot import LARGEST, checked
-from rendulic.snapshot import Snapshot
-from rendulic.whole_file import whole_file
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["exporter", "read", "read_snapshot"]
 

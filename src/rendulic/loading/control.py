@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rendulic.checks import finite_array
-from rendulic.errors import InvalidInput, one_of
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import InvalidInput, one_of
 
 __all__ = ["Control"]
 

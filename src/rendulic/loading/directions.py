@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from rendulic.checks import finite_array, whole_number
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array, whole_number
+from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.increment_sphere import DEVIATORIC_AXES
 from rendulic.tensors.rendulic_plane import increment_along
 

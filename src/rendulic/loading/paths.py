@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
-from rendulic.checks import finite_array, positive_number
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array, positive_number
+from rendulic.foundation.errors import InvalidInput
 from rendulic.loading.control import Control
 
 __all__ = [

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rendulic.checks import whole_number
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import whole_number
+from rendulic.foundation.errors import InvalidInput
 
 __all__ = ["VERDICTS", "Clustering", "clustering", "moran", "verdict_of"]
 

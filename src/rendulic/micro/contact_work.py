@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rendulic.errors import InvalidInput
-from rendulic.snapshot import Snapshot
+from rendulic.foundation.errors import InvalidInput
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["CLASSES", "ContactWork", "contact_work"]
 

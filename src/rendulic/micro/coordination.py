@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["Coordination", "coordination"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rendulic.checks import finite_array
+from rendulic.foundation.checks import finite_array
 
 __all__ = ["Fabric", "fabric"]
 

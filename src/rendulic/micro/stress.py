@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["love_weber_stress"]
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.checks import finite_array, positive_number
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array, positive_number
+from rendulic.foundation.errors import InvalidInput
+from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions
 from rendulic.probing.cone import cone_of, probe_to_edges
 from rendulic.probing.cone_table import cone_table
-from rendulic.progress import Progress, silent
-from rendulic.specimen import Specimen
+from rendulic.specimen.protocol import Specimen
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from rendulic.micro.coordination import coordination
 from rendulic.micro.fabric import fabric
 from rendulic.micro.grain_work import grain_work
 from rendulic.probing.second_order_work import SecondOrderWork, second_order_work
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.checks import finite_array
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import InvalidInput
 from rendulic.loading.directions import Directions
 from rendulic.loading.paths import Path
 from rendulic.probing.cone import Cone, instability_cone
 from rendulic.probing.cone_table import cone_table, with_spread
-from rendulic.specimen import Specimen
+from rendulic.specimen.protocol import Specimen
 from rendulic.tensors.invariants import stress_ratio
 
 if TYPE_CHECKING:

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.checks import finite_array, positive_number, whole_number
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array, positive_number, whole_number
+from rendulic.foundation.errors import InvalidInput
+from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, axisymmetric
 from rendulic.probing.cone import Cone
 from rendulic.probing.probe import probe
 from rendulic.probing.second_order_work import second_order_work
-from rendulic.progress import Progress, silent
-from rendulic.specimen import CanBurst, Specimen
+from rendulic.specimen.protocol import CanBurst, Specimen
 from rendulic.tensors.rendulic_plane import increment_along
 
 if TYPE_CHECKING:

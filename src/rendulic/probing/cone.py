@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.checks import positive_number
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import positive_number
+from rendulic.foundation.errors import InvalidInput
+from rendulic.foundation.notebooks import Shown
+from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, axisymmetric, rendulic
 from rendulic.probing.edges import (
     Edge,
@@ -22,9 +24,7 @@ from rendulic.probing.edges import (
     wrap,
 )
 from rendulic.probing.probe import probe
-from rendulic.progress import Progress, silent
-from rendulic.shown import Shown
-from rendulic.specimen import Specimen
+from rendulic.specimen.protocol import Specimen
 from rendulic.tensors.rendulic_plane import direction_of
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.checks import finite_array
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.cone import Cone
 from rendulic.probing.edges import wrap
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.rendulic_plane import direction_of
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.loading.directions import Directions
 from rendulic.probing.cone import instability_cone
 from rendulic.probing.cone_table import cone_table, with_spread
-from rendulic.specimen import Specimen
+from rendulic.specimen.protocol import Specimen
 
 if TYPE_CHECKING:
     import xarray as xr

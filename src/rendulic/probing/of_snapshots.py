@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.errors import InvalidInput
+from rendulic.foundation.errors import InvalidInput
 from rendulic.loading.directions import axisymmetric
 from rendulic.probing.anatomy import anatomy_of, summary
 from rendulic.probing.probe import dataset_of_readings
 from rendulic.probing.second_order_work import second_order_work
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 from rendulic.tensors.rendulic_plane import direction_of
 
 if TYPE_CHECKING:

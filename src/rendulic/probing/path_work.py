@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.checks import finite_array, positive_number
-from rendulic.curve import COLUMNS, labelled_curve, stress_columns
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array, positive_number
+from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.second_order_work import normalised
+from rendulic.specimen.curve import COLUMNS, labelled_curve, stress_columns
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.checks import finite_array, whole_number
-from rendulic.errors import InvalidInput, one_of
+from rendulic.foundation.checks import finite_array, whole_number
+from rendulic.foundation.errors import InvalidInput, one_of
+from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, SphereDirections
 from rendulic.micro.contact_work import CLASSES
 from rendulic.probing.anatomy import anatomy_of, summary
 from rendulic.probing.second_order_work import SecondOrderWork, normalised, second_order_work
-from rendulic.progress import Progress, silent
-from rendulic.specimen import HasGrains, ProbesTogether, Specimen
+from rendulic.specimen.protocol import HasGrains, ProbesTogether, Specimen
 
 if TYPE_CHECKING:
     import xarray as xr

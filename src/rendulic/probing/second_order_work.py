@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rendulic.foundation.notebooks import Shown
 from rendulic.micro.contact_work import CLASSES, ContactWork, contact_work
-from rendulic.shown import Shown
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["SecondOrderWork", "normalised", "second_order_work"]
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from rendulic.dem.assembly import Assembly
 from rendulic.probing.cone import Cone
-from rendulic.study.campaign import recorded_plan
-from rendulic.study.config import ConeSet, ProbeSet
+from rendulic.study.execution.campaign import recorded_plan
+from rendulic.study.language.config import ConeSet, ProbeSet
 from rendulic.study.plan import Place
 from rendulic.study.results import Results
-from rendulic.study.unit import Unit
+from rendulic.study.store.unit import Unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Lock
 from typing import Any
 
-from rendulic.errors import InvalidInput, RendulicError
+from rendulic.foundation.errors import InvalidInput, RendulicError
 from rendulic.report.circles import circles
 from rendulic.report.cones import cones
 from rendulic.report.figure import Figure, embedded
@@ -17,7 +17,7 @@ from rendulic.report.findings import Findings
 from rendulic.report.loading import loading
 from rendulic.report.model import model
 from rendulic.report.page import render, template
-from rendulic.study.status import status_of
+from rendulic.study.execution.status import status_of
 
 __all__ = ["LiveView"]
 

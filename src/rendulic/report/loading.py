@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rendulic.dem.equilibrium import unbalanced_force
+from rendulic.dem.measure.equilibrium import unbalanced_force
 from rendulic.report.figure import Figure, Section, Table, Trace, categories, numbers
 from rendulic.report.findings import Findings, panel_label
 from rendulic.tensors.invariants import deviatoric_stress

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rendulic import __version__
+from rendulic.foundation.whole_file import whole_file
 from rendulic.report.anatomy import anatomy
 from rendulic.report.bursts import bursts
 from rendulic.report.circles import circles
@@ -18,8 +19,7 @@ from rendulic.report.loading import loading
 from rendulic.report.model import model
 from rendulic.report.specimen import specimen
 from rendulic.report.trust import trust
-from rendulic.study.config import ConeSet
-from rendulic.whole_file import whole_file
+from rendulic.study.language.config import ConeSet
 
 __all__ = ["NAME", "render", "sections", "write_report"]
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rendulic.curve import QUASI_STATIC_LIMIT
 from rendulic.dem.assembly import Assembly
-from rendulic.dem.energy import energies
-from rendulic.dem.equilibrium import KINETIC_TOLERANCE, TOLERANCE, assess
+from rendulic.dem.measure.energy import energies
+from rendulic.dem.measure.equilibrium import KINETIC_TOLERANCE, TOLERANCE, assess
 from rendulic.report.figure import Section, Table
 from rendulic.report.findings import Findings, panel_label
+from rendulic.specimen.curve import QUASI_STATIC_LIMIT
 
 __all__ = ["LIMITS", "Check", "checks", "trust"]
 

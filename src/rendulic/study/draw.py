@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rendulic import figures
-from rendulic.dem.equilibrium import unbalanced_force
-from rendulic.errors import one_of
+from rendulic.dem.measure.equilibrium import unbalanced_force
+from rendulic.foundation.errors import one_of
 from rendulic.io.tables import write_dataset
 from rendulic.study import draw_failure
-from rendulic.study.config import ProbeSet
+from rendulic.study.language.config import ProbeSet
 from rendulic.study.plan import Place, Plan
 from rendulic.study.results import Results
-from rendulic.study.unit import Unit
+from rendulic.study.store.unit import Unit
 from rendulic.tensors.invariants import deviatoric_stress, mean_stress
 
 if TYPE_CHECKING:

@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rendulic import figures
+from rendulic.foundation.whole_file import whole_file
 from rendulic.io.tables import write_csv, write_dataset
 from rendulic.loading import directions
 from rendulic.probing.amplitude import amplitude_table
 from rendulic.probing.bifurcation import map_of
 from rendulic.probing.probe import probe
-from rendulic.study.config import ConeSet, ProbeSet
 from rendulic.study.failure_tables import anatomy_text, burst_rows, burst_text
+from rendulic.study.language.config import ConeSet, ProbeSet
 from rendulic.study.plan import Place, Plan
 from rendulic.study.results import Results
 from rendulic.study.sands import DENSE, LOOSE, MODEL_BURSTS, PROBE_NORM, SANDS, sand_at
-from rendulic.study.unit import Unit
-from rendulic.whole_file import whole_file
+from rendulic.study.store.unit import Unit
 
 if TYPE_CHECKING:
     import xarray as xr

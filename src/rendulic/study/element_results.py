@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rendulic import figures
+from rendulic.foundation.progress import Progress, silent
+from rendulic.foundation.whole_file import writable_folder
 from rendulic.io.tables import write_csv, write_dataset
-from rendulic.progress import Progress, silent
-from rendulic.study.element import ElementStudy, check_states, follow_test
-from rendulic.whole_file import writable_folder
+from rendulic.study.language.element import ElementStudy, check_states, follow_test
 
 if TYPE_CHECKING:
     import xarray as xr

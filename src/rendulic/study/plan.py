@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from rendulic.errors import InvalidInput
-from rendulic.study.config import BurstSet, ConeSet, Packing, ProbeSet, Study
+from rendulic.foundation.errors import InvalidInput
+from rendulic.study.language.config import BurstSet, ConeSet, Packing, ProbeSet, Study
 from rendulic.study.sands import MODEL_BURSTS, SANDS
-from rendulic.study.unit import Unit
+from rendulic.study.store.unit import Unit
 
 __all__ = ["BATCH", "MOST_UNITS", "Place", "Plan", "plan_of"]
 

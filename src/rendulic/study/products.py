@@ -7,11 +7,11 @@ from functools import partial
 from pathlib import Path
 
 from rendulic.io.tables import write_dataset
-from rendulic.study.config import ProbeSet
 from rendulic.study.element_results import write_curve
+from rendulic.study.language.config import ProbeSet
 from rendulic.study.plan import Place
 from rendulic.study.results import Results
-from rendulic.study.unit import Unit
+from rendulic.study.store.unit import Unit
 
 __all__ = ["folder_of", "write_products"]
 

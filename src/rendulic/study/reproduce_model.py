@@ -13,14 +13,14 @@ import numpy as np
 
 from rendulic import figures
 from rendulic.chang_hicher import ChangHicher, Parameters, material, plane_law
-from rendulic.chang_hicher.plane_law import FORMULATIONS
-from rendulic.errors import one_of
+from rendulic.chang_hicher.law.plane_law import FORMULATIONS
+from rendulic.foundation.errors import one_of
+from rendulic.foundation.progress import Progress, silent
+from rendulic.foundation.whole_file import writable_folder
 from rendulic.io.tables import write_dataset
 from rendulic.loading import directions, paths
 from rendulic.probing.probe import probe
-from rendulic.progress import Progress, silent
 from rendulic.study.sands import DENSE, LOOSE, PROBE_NORM
-from rendulic.whole_file import writable_folder
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,10 +11,10 @@ import numpy as np
 from rendulic.dem.assembly import Assembly
 from rendulic.probing.cone import Cone, cone_of
 from rendulic.probing.consistency import stress_on_strain
-from rendulic.study.config import ConeSet, ProbeSet
+from rendulic.study.language.config import ConeSet, ProbeSet
 from rendulic.study.plan import Place, Plan
-from rendulic.study.store import Store
-from rendulic.study.unit import Unit
+from rendulic.study.store.store import Store
+from rendulic.study.store.unit import Unit
 from rendulic.study.work import merged
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from rendulic.loading import directions, paths
 from rendulic.probing.bifurcation import bifurcation_map, states_along
 from rendulic.probing.burst import bursts
 from rendulic.probing.cone import Cone, instability_cone
-from rendulic.specimen import Specimen
+from rendulic.specimen.protocol import Specimen
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rendulic.dem.assembly import Assembly
-from rendulic.dem.growth import pack
-from rendulic.dem.rest import bring_to_rest
-from rendulic.errors import DidNotConverge, InvalidInput
+from rendulic.dem.drive.growth import pack
+from rendulic.dem.drive.rest import bring_to_rest
+from rendulic.foundation.errors import DidNotConverge, InvalidInput
+from rendulic.foundation.progress import Progress, silent
 from rendulic.loading import directions, paths
 from rendulic.probing.anatomy import anatomy
 from rendulic.probing.burst import bursts
 from rendulic.probing.cone import cone_of, probe_to_edges
 from rendulic.probing.probe import probe
-from rendulic.progress import Progress, silent
-from rendulic.study.config import Contact, Loading, ProbeSet
-from rendulic.study.element import ElementStudy, follow_test
+from rendulic.study.language.config import Contact, Loading, ProbeSet
+from rendulic.study.language.element import ElementStudy, follow_test
 from rendulic.study.sands import around_and_within, sand_bursts, sand_map
-from rendulic.study.store import Store
+from rendulic.study.store.store import Store
 from rendulic.tensors.rendulic_plane import increment_along
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rendulic.checks import finite_array, whole_number
-from rendulic.errors import InvalidInput
+from rendulic.foundation.checks import finite_array, whole_number
+from rendulic.foundation.errors import InvalidInput
 
 __all__ = ["LEBEDEV_DEGREES", "SphereRule", "bazant_oh_37", "lebedev"]
 

@@ -11,7 +11,6 @@ from math import exp, isfinite, sqrt
 
 import numpy as np
 
-from rendulic.chang_hicher import critical_state, plane_law
 from rendulic.chang_hicher.kernels.arrays import (
     BETA,
     BY_PRESSURE,
@@ -38,6 +37,7 @@ from rendulic.chang_hicher.kernels.arrays import (
     X,
 )
 from rendulic.chang_hicher.kernels.compiler import jit
+from rendulic.chang_hicher.law import critical_state, plane_law
 
 __all__ = ["INVALID", "UNDECIDED", "VALID", "homogenise", "look", "rates", "settle", "sliding"]
 

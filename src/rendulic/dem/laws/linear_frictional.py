@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
-from rendulic.checks import positive_number
-from rendulic.errors import InvalidInput, one_of
+from rendulic.foundation.checks import positive_number
+from rendulic.foundation.errors import InvalidInput, one_of
 
 __all__ = ["LinearFrictional"]
 

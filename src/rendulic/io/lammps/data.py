@@ -10,9 +10,9 @@ import numpy as np
 
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
-from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.whole_file import whole_file
 from rendulic.io.lammps.text import numbers_of, table_of, text_of, whole_numbers_of
-from rendulic.whole_file import whole_file
 
 __all__ = ["NUMBER", "read_data", "write_data"]
 

@@ -14,14 +14,14 @@ from string import Template
 
 import numpy as np
 
-from rendulic.checks import whole_number
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
-from rendulic.errors import InvalidInput, NotEquilibrated
+from rendulic.foundation.checks import whole_number
+from rendulic.foundation.errors import InvalidInput, NotEquilibrated
+from rendulic.foundation.whole_file import whole_file, writable_folder
 from rendulic.io.lammps.data import NUMBER, write_data
 from rendulic.io.lammps.grain_types import GrainTypes, sorted_into_types
 from rendulic.io.lammps.history import velocities_for
-from rendulic.whole_file import whole_file, writable_folder
 
 __all__ = ["Continuation", "write_deck"]
 

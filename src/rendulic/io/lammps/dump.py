@@ -24,11 +24,11 @@ from pathlib import Path
 
 import numpy as np
 
-from rendulic.checks import finite_array
-from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.io.lammps.text import Dump, numbers_of, read_dump, rows_of, whole_numbers_of
 from rendulic.io.snapshot import checked, nearest_images
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["read_snapshot"]
 

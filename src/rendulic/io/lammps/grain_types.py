@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rendulic.dem.laws import LinearFrictional
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["GrainTypes", "sorted_into_types"]
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rendulic.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["velocities_for"]
 

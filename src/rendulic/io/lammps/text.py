@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rendulic.errors import CorruptFile, InvalidInput
+from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.io.snapshot import LARGEST
 
 __all__ = ["Dump", "Table", "numbers_of", "read_dump", "rows_of", "table_of", "text_of", "whole_numbers_of"]

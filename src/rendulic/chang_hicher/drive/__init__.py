@@ -1,0 +1,1 @@
+"""What changes a material point: paths, bursts, many parameter sets."""

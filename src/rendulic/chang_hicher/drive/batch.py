@@ -1,0 +1,161 @@
+"""One element test with many sets of parameters, for calibration and sensitivity."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rendulic.chang_hicher.drive.following import TOLERANCE, follow_path
+from rendulic.chang_hicher.kernels.arrays import to_tensor
+from rendulic.chang_hicher.kernels.watch import EVENTS, RECORD_COLUMNS
+from rendulic.chang_hicher.law.parameters import Parameters
+from rendulic.chang_hicher.model import ChangHicher
+from rendulic.foundation.checks import finite_array, whole_number
+from rendulic.foundation.errors import InvalidInput, one_of
+from rendulic.foundation.progress import Progress, silent
+from rendulic.loading.paths import Path
+from rendulic.specimen.curve import COLUMNS, stress_columns
+from rendulic.tensors.sphere_rules import SphereRule
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["load_many"]
+
+STATE = ("pressure", "void_ratio")
+
+
+def load_many(
+    parameters: Mapping[str, Any],
+    path: Path,
+    *,
+    pressure: Any = 300e3,
+    void_ratio: Any = 0.9,
+    n_records: int = 201,
+    tolerance: float = TOLERANCE,
+    formulation: str = "consistent",
+    rule: SphereRule | None = None,
+    fabric: np.ndarray | None = None,
+    workers: int | None = None,
+    progress: Progress = silent,
+) -> xr.Dataset:
+    """Follow a path from the same kind of state with every set of parameters.
+
+    Parameters
+    ----------
+    parameters : mapping of name to number or (n,) array
+        As for `ChangHicher`; numbers hold for all.
+    path : Path
+        Stresses that it holds at other values are brought there first, off the record.
+    pressure, void_ratio : number or (n,) array
+        The virgin isotropic states, Pa.
+    n_records : int
+        Points along the path, equally spaced in the driven strain; values between integration steps are
+        interpolated with the rates at both.
+    tolerance, formulation, rule, fabric
+        As for `MaterialPoint.load` and `ChangHicher`.
+    workers : int, optional
+        Threads; by default one per core. The results do not depend on it.
+    progress : Progress
+        Called as tests finish.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions `sample` and `record`: `eps_1`, ..., `q`, `p`, `eta`, `eps_v`; NaN beyond where a test
+        stopped, `stopped_by` says why. `q_peak`, `p_peak`, `eps_1_peak`: the first peak of q, exactly;
+        NaN if there is none. The parameters that vary come along.
+
+    Raises
+    ------
+    InvalidInput
+        If lengths differ, or any set is inadmissible: the sample is named.
+    """
+    import xarray as xr
+
+    n_records = whole_number("n_records", n_records, 2)
+    for name in parameters:
+        one_of(name, Parameters.model_fields, "parameter")
+    table = {name: np.asarray(value) for name, value in parameters.items() if value is not None}
+    table |= {"pressure": np.asarray(pressure), "void_ratio": np.asarray(void_ratio)}
+    lengths = {len(value) for value in table.values() if value.ndim == 1}
+    if len(lengths) > 1 or any(value.ndim > 1 for value in table.values()):
+        raise InvalidInput(f"parameters must be numbers or arrays of one length, got lengths {sorted(lengths)}")
+    n = lengths.pop() if lengths else 1
+    values = {name: np.broadcast_to(finite_array(name, value, value.shape), n) for name, value in table.items()}
+    workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
+    base = ChangHicher(rule=rule, fabric=fabric, formulation=formulation)
+    marks = np.linspace(0.0, 1.0, n_records)
+    states = np.full((n, n_records, 12), np.nan)
+    peaks = np.full((n, 12), np.nan)
+    ends = [""] * n
+    finished, lock = 0, Lock()
+
+    def one(sample: int) -> None:
+        nonlocal finished
+        own = {name: float(column[sample]) for name, column in values.items()}
+        state = {name: own.pop(name) for name in STATE}
+        try:
+            point = base.with_parameters(**own).at(state["pressure"], state["void_ratio"])
+            followed = follow_path(point, path, tolerance, watches_planes=False)
+        except InvalidInput as error:
+            raise InvalidInput(f"sample {sample}: {error}") from None
+        ends[sample] = followed.stopped_by
+        logs = (followed.driven if path.is_driven else followed.ramp) or []
+        rows = np.concatenate([np.empty((0, RECORD_COLUMNS)), *(log.rows for log in logs)])
+        states[sample] = _interpolated(rows, path, marks)
+        events = np.concatenate([np.empty((0, 15)), *(log.events for log in logs)])
+        found = events[events[:, 0] == EVENTS.index("q_peak")]
+        if len(found):
+            peaks[sample] = found[0, 2:14]
+        with lock:
+            finished += 1
+            if finished % 50 == 0 or finished == n:
+                progress(finished, n, f"test {finished} of {n}")
+
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        list(pool.map(one, range(n)))
+    columns = stress_columns(to_tensor(states[..., :6]), to_tensor(states[..., 6:]))
+    at_peak = stress_columns(to_tensor(peaks[:, :6]), to_tensor(peaks[:, 6:]))
+    labels = {name: {"long_name": COLUMNS[name][0], "units": COLUMNS[name][1]} for name in columns}
+    result = xr.Dataset(
+        {name: (("sample", "record"), column, labels[name]) for name, column in columns.items()}
+        | {f"{name}_peak": ("sample", at_peak[name], labels[name]) for name in ("q", "p", "eps_1")}
+        | {"stopped_by": ("sample", np.array(ends, dtype=str))},
+        attrs={"path": path.name, "formulation": formulation, "sign": "compression and contraction positive"},
+    )
+    varied = {name: ("sample", values[name]) for name, value in table.items() if value.ndim == 1}
+    return result.assign_coords({"share": ("record", marks, {"long_name": "share of the path"})} | varied)
+
+
+def _interpolated(rows: np.ndarray, path: Path, marks: np.ndarray) -> np.ndarray:
+    """Stress and strain (m, 12) at shares of a path; NaN beyond its end.
+
+    The share is that of the axial strain (of the fastest axis where the axial one rests), or of the way to the
+    stresses of a path without driven strains. Cubic between records, with the rates at both. Where a plane
+    changes sides there are two records, with the rates before and after.
+    """
+    if len(rows) == 0:
+        return np.full((len(marks), 12), np.nan)
+    place = 12
+    if path.is_driven:
+        place = 6 + (0 if abs(rows[-1, 6] - rows[0, 6]) > 0.0 else int(np.abs(rows[-1, 6:9] - rows[0, 6:9]).argmax()))
+    scale = np.sign(rows[-1, place] - rows[0, place]) * (path.until.strain if path.is_driven else 1.0) or 1.0
+    share = (rows[:, place] - rows[0, place]) / scale
+    if len(rows) < 2:
+        return np.where(marks[:, None] <= 0.0, rows[0, :12], np.nan)
+    rates = rows[:, 13:25] / rows[:, 13 + place, None] * scale
+    after = np.clip(np.searchsorted(share, marks, side="left"), 1, len(rows) - 1)
+    before = after - 1
+    length = (share[after] - share[before])[:, None]
+    t = (marks - share[before])[:, None] / np.where(length > 0.0, length, 1.0)
+    values = (
+        (1 + 2 * t) * (1 - t) ** 2 * rows[before, :12] + t * (1 - t) ** 2 * length * rates[before]
+        + t**2 * (3 - 2 * t) * rows[after, :12] - t**2 * (1 - t) * length * rates[after]
+    )  # fmt: skip
+    return np.where(marks[:, None] <= share[-1] * (1.0 + 1e-9), values, np.nan)

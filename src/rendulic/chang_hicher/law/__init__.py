@@ -1,0 +1,1 @@
+"""The equations of the model: one contact plane, the critical state, the planes together."""

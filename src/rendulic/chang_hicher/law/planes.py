@@ -1,0 +1,110 @@
+"""The contact planes of a packing and the static hypothesis on them (paper, Eqs. 18-25)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rendulic.chang_hicher.kernels.arrays import Planes, to_mandel, to_tensor
+from rendulic.foundation.checks import finite_array
+from rendulic.foundation.errors import InvalidInput
+from rendulic.tensors.sphere_rules import SphereRule
+
+__all__ = ["PlaneGeometry", "contact_density", "fabric_of"]
+
+LEAST_DEGREE = 5
+
+
+def fabric_of(rule: SphereRule, density: np.ndarray | None = None) -> np.ndarray:
+    """`F = <n n>` (3, 3) of trace 1; isotropic: a third of unity.
+
+    `density` (n,) is the relative number of contacts in each direction; None means the same in all.
+    """
+    weights = rule.weights if density is None else rule.weights * density
+    return np.einsum("a,ai,aj->ij", weights / weights.sum(), rule.normals, rule.normals)
+
+
+def contact_density(rule: SphereRule, fabric: np.ndarray | None) -> np.ndarray:
+    """Contacts per direction, second-order: `1 + 15/2 (F' : n n)` for the deviator F' of the fabric.
+
+    Raises
+    ------
+    InvalidInput
+        If the fabric is not a symmetric tensor of trace 1, or so anisotropic that some direction would
+        have less than no contacts.
+    """
+    if fabric is None:
+        return np.ones(len(rule))
+    tensor = finite_array("fabric", fabric, (3, 3))
+    if np.abs(tensor - tensor.T).max() > 1e-12 or abs(np.trace(tensor) - 1.0) > 1e-9:
+        raise InvalidInput(f"the fabric must be a symmetric tensor of trace 1, got {tensor.tolist()}")
+    density = 1.0 + 7.5 * np.einsum("ai,ij,aj->a", rule.normals, tensor - np.eye(3) / 3.0, rule.normals)
+    if density.min() <= 0.0:
+        raise InvalidInput(
+            f"the fabric {tensor.tolist()} is too anisotropic: the density of contacts would be "
+            f"{density.min():.3g} in the poorest direction, it must be positive"
+        )
+    return density
+
+
+class PlaneGeometry:
+    """Planes and static hypothesis, for any ratio of shear to normal stiffness.
+
+    1. The weights are those of the rule times the density of contacts that has this fabric.
+    2. The force of a plane follows from the stress by the inverse fabric, `f_j = V sigma_ij A^-1_ik l_k`;
+       as a traction, `t = sigma . m` with `m = F^-1 n / 3`. In an isotropic packing m is n.
+    3. The strain is `3 < sym(m x d) > / l`: what makes the work of stress and strain equal to the
+       planes' (Eq. 21), and Eq. 45 exact.
+    """
+
+    def __init__(self, rule: SphereRule, fabric: np.ndarray | None) -> None:
+        if rule.degree < LEAST_DEGREE:
+            raise InvalidInput(
+                f"the rule '{rule.name}' is exact to degree {rule.degree}: elastic stiffness and fabric need {LEAST_DEGREE}"
+            )
+        density = contact_density(rule, fabric)
+        weights = rule.weights * density / (rule.weights @ density)
+        self.normal = np.ascontiguousarray(rule.normals)
+        if fabric is None:
+            self.branch = self.normal.copy()
+        else:
+            self.branch = np.ascontiguousarray(np.linalg.solve(fabric_of(rule, density), self.normal.T).T / 3.0)
+        self.weight3 = 3.0 * weights
+        self.normal_mandel = np.ascontiguousarray(to_mandel(_symmetric(self.branch, self.normal)))
+        # stress -> sym(m x (sigma m)), column by column
+        tractions = [np.einsum("ij,aj->ai", to_tensor(unit), self.branch) for unit in np.eye(6)]
+        spread = np.stack([to_mandel(_symmetric(self.branch, traction)) for traction in tractions], axis=-1)
+        self._images: dict[bytes, np.ndarray | None] = {}
+        self._spread = self.weight3[:, None, None] * spread
+        self._normal_part = self.weight3[:, None, None] * _outer(self.normal_mandel, self.normal_mandel)
+
+    def image(self, operation: np.ndarray) -> np.ndarray | None:
+        """The plane onto which an orthogonal `operation` (3, 3) maps each plane; None if it is not a symmetry."""
+        key = operation.tobytes()
+        if key not in self._images:
+            self._images[key] = self._find_image(operation)
+        return self._images[key]
+
+    def _find_image(self, operation: np.ndarray) -> np.ndarray | None:
+        turned, carried = self.normal @ operation.T, self.branch @ operation.T
+        cosines = turned @ self.normal.T
+        image = np.abs(cosines).argmax(axis=1)
+        sign = np.sign(cosines[np.arange(len(image)), image])[:, None]
+        fits = (
+            np.abs(sign * self.normal[image] - turned).max() < 1e-9
+            and np.abs(sign * self.branch[image] - carried).max() < 1e-9
+            and np.abs(self.weight3[image] - self.weight3).max() < 1e-9
+        )
+        return image if fits else None
+
+    def planes(self, shear_ratio: float) -> Planes:
+        """What the kernels take, for `k_r / k_n = shear_ratio`."""
+        elastic = self._normal_part * (1.0 - 1.0 / shear_ratio) + self._spread / shear_ratio
+        return Planes(self.normal, self.branch, self.weight3, elastic, self.normal_mandel)
+
+
+def _symmetric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return 0.5 * (_outer(a, b) + _outer(b, a))
+
+
+def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("ai,aj->aij", a, b)

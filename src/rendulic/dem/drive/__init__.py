@@ -1,0 +1,1 @@
+"""What changes a packing: loading, rest, growth, probes, bursts."""

@@ -1,0 +1,227 @@
+"""Several probes of one assembly advancing together, one per lane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from copy import copy
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from rendulic.dem.kernels.arrays import (
+    COLUMNS,
+    FORCE,
+    POSITION,
+    RADIUS,
+    SPIN,
+    TORQUE,
+    VELOCITY,
+    Contacts,
+    Grains,
+    WallContacts,
+    Walls,
+    aligned,
+    aligned_rows,
+)
+from rendulic.dem.kernels.compiled import lane_kernels_for
+from rendulic.dem.kernels.lanes import ORIGIN, ROWS
+from rendulic.dem.state.neighbours import find_contacts
+
+if TYPE_CHECKING:
+    from rendulic.dem.assembly import Assembly
+
+__all__ = ["Lanes", "batches", "probe_in_lanes"]
+
+WIDTHS = (4, 8)  # half a vector of 512 bits, and a whole one
+Reading = TypeVar("Reading")
+
+
+def width_for(count: int) -> int:
+    """Lanes of the narrowest kernel that holds `count` probes."""
+    return next(width for width in WIDTHS if width >= count)
+
+
+def batches(count: int, workers: int = 1) -> list[range]:
+    """Which lanes advance together: an even share for each worker, in full vectors and a remainder.
+
+    >>> batches(19, workers=2)
+    [range(0, 8), range(8, 9), range(9, 17), range(17, 19)]
+    """
+    shares = [range(count * w // workers, count * (w + 1) // workers) for w in range(workers)]
+    widest = max(WIDTHS)
+    return [share[at : at + widest] for share in shares for at in range(0, len(share), widest)]
+
+
+class Lanes:
+    """Up to eight copies of an assembly with strain rates of their own.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The common state, left as it is. Lanes keep its time step, damping and contact law; energies are
+        not recorded.
+    rates : (m, 3) array
+        Principal strain rates in 1/s of each lane, m <= 8.
+    width : {4, 8}, optional
+        Lanes that the kernels are compiled for, at least m; those beyond m idle with rate zero. By default
+        the narrowest that holds all.
+
+    Notes
+    -----
+    Candidate pairs are those of any lane, found anew when a grain of any lane has used up its margin.
+    Pairs that do not touch add nothing, and operations and their order are those of `Assembly.advance`: a
+    lane ends at the same bits as the assembly alone, whatever runs beside it.
+    """
+
+    def __init__(self, assembly: Assembly, rates: np.ndarray, width: int | None = None) -> None:
+        width = width or width_for(len(rates))
+        grains, n = assembly.grains, len(assembly)
+        self.base, self.width, self.n_used = assembly, width, len(rates)
+        self.rates = np.zeros((3, width))
+        self.rates[:, : len(rates)] = rates.T
+        self.radius, self.margin = grains.radius.copy(), assembly.margin
+        self._columns = [
+            *range(POSITION, POSITION + 3), *range(VELOCITY, VELOCITY + 3), *range(SPIN, SPIN + 3),
+            *range(FORCE, FORCE + 3), *range(TORQUE, TORQUE + 3),
+        ]  # fmt: skip
+        self.state = aligned(n * ROWS * width)
+        own = self.state.reshape(n, ROWS, width)
+        own[:, :ORIGIN] = grains.row[:, self._columns, None]
+        own[:, ORIGIN:] = assembly.list_origin[:, :, None]
+        contacts, touching = assembly.contacts, assembly.wall_contacts
+        self.first, self.second = contacts.first.copy(), contacts.second.copy()
+        self.held = aligned(contacts.force.size * width)
+        self.held.reshape(-1, 4, width)[:] = contacts.force[:, :, None]
+        self.grain, self.wall = touching.grain.copy(), touching.wall.copy()
+        self.wall_held = np.repeat(touching.force[:, None], width, axis=1)
+        self.wall_position = np.repeat(assembly.walls.position[:, None], width, axis=1)
+        self.wall_origin = np.repeat(assembly.list_wall_origin[:, None], width, axis=1)
+        self.wall_force = np.repeat(assembly.walls.force[:, None], width, axis=1)
+        self.wall_stiffness = np.repeat(assembly.walls.stiffness[:, None], width, axis=1)
+        self.n_steps = self.n_rebuilds = 0
+        self._steps_since_build = 0
+
+    def advance(self, n_steps: int) -> None:
+        """Make `n_steps` steps, in place.
+
+        Raises
+        ------
+        UnstableTimeStep
+            If the motion of a lane diverges.
+        """
+        base, grains = self.base, self.base.grains
+        kernels = lane_kernels_for(base.law, self.width)
+        dt, parameters = base.time_step, base.law.parameters
+        left = n_steps
+        while left > 0:
+            done, complete = kernels.advance_lanes(
+                left, self.state, self.radius, grains.mass, grains.inertia, self.first, self.second, self.held,
+                self.grain, self.wall, self.wall_held, self.wall_position, self.wall_origin, self.wall_force,
+                self.wall_stiffness, self.rates, dt, base.damping, parameters, 0.5 * self.margin,
+            )  # fmt: skip
+            left -= done
+            self._steps_since_build += done
+            if not complete:
+                self._rebuild()
+                kernels.finish_lanes(
+                    self.state, self.radius, self.first, self.second, self.held, self.grain, self.wall, self.wall_held,
+                    self.wall_position, self.wall_force, self.wall_stiffness, dt, parameters,
+                )  # fmt: skip
+                left -= 1
+        self.n_steps += n_steps
+
+    def assembly(self, lane: int) -> Assembly:
+        """The specimen of a lane as it is now, independent and complete but for energies spent."""
+        base = self.base
+        own = copy(base)
+        rows = np.empty((len(base), COLUMNS))
+        rows[:, RADIUS] = self.radius
+        rows[:, self._columns] = self.state.reshape(len(base), ROWS, self.width)[:, :ORIGIN, lane]
+        own.grains = Grains(aligned_rows(rows), base.grains.mass.copy(), base.grains.inertia.copy())
+        held = np.ascontiguousarray(self.held.reshape(-1, 4, self.width)[:, :, lane])
+        own.contacts = Contacts(self.first.copy(), self.second.copy(), held)
+        own.wall_contacts = WallContacts(self.grain.copy(), self.wall.copy(), self.wall_held[:, lane].copy())
+        columns = (self.wall_position, self.wall_force, self.wall_stiffness)
+        own.walls = Walls(*(np.ascontiguousarray(column[:, lane]) for column in columns))
+        own.list_origin = np.ascontiguousarray(self.state.reshape(len(base), ROWS, self.width)[:, ORIGIN:, lane])
+        own.list_wall_origin = np.ascontiguousarray(self.wall_origin[:, lane])
+        own.spent, own.strain_origin, own._scratch = base.spent.copy(), base.strain_origin.copy(), np.zeros((6, 3))
+        own.margin, own.growth_since_build = self.margin, 0.0
+        own.steps_since_build = self._steps_since_build
+        own.n_steps, own.time = base.n_steps + self.n_steps, base.time + self.n_steps * base.time_step
+        return own
+
+    def _rebuild(self) -> None:
+        """Candidate pairs of the present positions of all lanes, with the history of closed contacts."""
+        # as in `Assembly`: a rebuild costs several steps, a wide margin slows every step
+        if self._steps_since_build < 150:
+            self.margin = min(1.5 * self.margin, 0.3 * float(self.radius.mean()))
+        n, width = len(self.radius), self.width
+        own = self.state.reshape(n, ROWS, width)
+        old = self.first.astype(np.int64) * n + self.second
+        pairs, touching = [old[(self.held.reshape(-1, 4, width)[:, 0] != 0.0).any(axis=1)]], []
+        for lane in range(self.n_used):
+            one = self.assembly(lane)
+            found, at_walls = find_contacts(one.grains, one.walls, None, self.margin)
+            pairs.append(found.first.astype(np.int64) * n + found.second)
+            touching.append(at_walls.wall.astype(np.int64) * n + at_walls.grain)
+        keys, wall_keys = np.unique(np.concatenate(pairs)), np.unique(np.concatenate(touching))
+        held = aligned(len(keys) * 4 * width)
+        held[:] = 0.0
+        kept, place = np.isin(old, keys), np.searchsorted(keys, old)
+        held.reshape(-1, 4, width)[place[kept]] = self.held.reshape(-1, 4, width)[kept]
+        self.first, self.second = (keys // n).astype(np.int32), (keys % n).astype(np.int32)
+        self.held = held
+        self.wall, self.grain = (wall_keys // n).astype(np.int32), (wall_keys % n).astype(np.int32)
+        self.wall_held = np.zeros((len(wall_keys), width))
+        own[:, ORIGIN:] = own[:, POSITION : POSITION + 3]
+        self.wall_origin = self.wall_position.copy()
+        self._steps_since_build = 0
+        self.n_rebuilds += 1
+
+
+def probe_in_lanes(
+    assembly: Assembly,
+    increments: np.ndarray,
+    n_steps: int,
+    *,
+    marks: Sequence[float],
+    read: Callable[[Assembly], Reading],
+    workers: int,
+    on_done: Callable[[int], None],
+) -> list[list[Reading]]:
+    """Impose principal strain increments (m, 3), each in `n_steps` equal parts on a copy of the assembly.
+
+    Batches of lanes run on `workers` threads. No lane depends on those beside it, so that workers do not
+    change a bit of a result.
+
+    Parameters
+    ----------
+    marks : sequence of float
+        Increasing fractions of the increment, at which `read` is called with each copy.
+    on_done : callable
+        Called with the number of increments that a finished batch held.
+
+    Returns
+    -------
+    list of lists
+        What `read` returned, by increment, then mark.
+    """
+    rates = np.asarray(increments, dtype=float) / (n_steps * assembly.time_step)
+
+    def follow(batch: range) -> list[list[Reading]]:
+        lanes = Lanes(assembly, rates[batch.start : batch.stop])
+        readings: list[list[Reading]] = [[] for _ in range(lanes.n_used)]
+        done = 0
+        for mark in marks:
+            upto = round(mark * n_steps)
+            lanes.advance(upto - done)
+            done = upto
+            for lane, own in enumerate(readings):
+                own.append(read(lanes.assembly(lane)))
+        on_done(lanes.n_used)
+        return readings
+
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        return [reading for batch in pool.map(follow, batches(len(rates), workers)) for reading in batch]

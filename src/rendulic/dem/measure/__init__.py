@@ -1,0 +1,1 @@
+"""What a packing tells; nothing here changes it."""

@@ -1,0 +1,1 @@
+"""What everything that can be probed has in common: the protocol, its state, its snapshot, its curve."""

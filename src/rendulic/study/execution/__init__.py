@@ -1,0 +1,1 @@
+"""Carrying out units: here, in processes, on a cluster."""
