@@ -1,4 +1,4 @@
-"""Figure 3 of the paper: circular diagrams of the normalised second-order work."""
+"""Circular diagrams of the normalised second-order work (Fig. 3 of the paper), with matplotlib."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import FAINT, INK, NEGATIVE, RC, new_figure, sequence
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
+from rendulic.views import circular
+from rendulic.views.circular import CENTRE, CircularDiagram, CircularPanels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,11 +21,12 @@ if TYPE_CHECKING:
 
 __all__ = ["circular_diagram", "circular_diagrams", "circular_panels"]
 
-SHIFT = 0.5  # K of the paper: the polar radius is W2n + K, the dashed circle r = K
+PAPER = -0.5  # W2n at the centre of the paper's diagrams
+GREY = "#777777"
 
 
-def circular_diagram(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
-    """`W2n + K` around the Rendulic plane, one closed curve per state.
+def circular_diagram(probes: Mapping[str, xr.Dataset], title: str = "", paper: bool = False) -> Figure:
+    """`W2n` around the Rendulic plane, one closed curve per state.
 
     Parameters
     ----------
@@ -30,20 +34,15 @@ def circular_diagram(probes: Mapping[str, xr.Dataset], title: str = "") -> Figur
         From `rd.probe` at one norm, directions all around, in the order to be drawn.
     title : str
         Above the diagram.
+    paper : bool
+        Whether the centre is at W2n = -0.5, as in the paper, instead of -1. Smaller values are then drawn at the centre,
+        and the figure says so.
 
     Notes
     -----
-    Inside the dashed circle the second-order work is negative. Values whose sign does not exceed
-    the drift of the null probe are drawn as open dots. Radii below zero (W2n < -K) are drawn at
-    the centre.
+    Inside the dashed circle the second-order work is negative. Values whose sign is not sure are open dots.
     """
-    figure = new_figure(5.4, 4.2)
-    with mpl.rc_context(RC):
-        axes = figure.add_subplot()
-        _draw(axes, probes)
-        axes.set_title(title, loc="left")
-        axes.legend(loc="upper left", bbox_to_anchor=(0.93, 1.0), title=r"polar radius $W_{2n}+0.5$", alignment="left")
-    return figure
+    return _diagram(circular.circular_diagram(probes, title), PAPER if paper else CENTRE)
 
 
 def circular_diagrams(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
@@ -76,52 +75,84 @@ def circular_panels(panels: Mapping[str, Mapping[str, xr.Dataset]], title: str =
     columns : int
         Diagrams in a row.
     """
-    rows = -(-len(panels) // columns)
-    shared = len({tuple(probes) for probes in panels.values()}) == 1
-    figure = new_figure((3.1 if shared else 4.1) * columns + 0.9 * shared, 3.1 * rows + 0.4)
+    return _panels(circular.circular_panels(panels, title, columns))
+
+
+@draw.register(CircularDiagram)
+def _diagram(view: CircularDiagram, centre: float = CENTRE) -> Figure:
+    figure = new_figure(5.4, 4.2)
     with mpl.rc_context(RC):
-        grid = figure.subplots(rows, columns, squeeze=False)
-        for axes, (heading, probes) in zip(grid.flat, panels.items(), strict=False):
-            _draw(axes, probes)
-            axes.set_title(heading)
-            if not shared:
-                axes.legend(loc="upper left", bbox_to_anchor=(0.98, 1.0))
-        for axes in list(grid.flat)[len(panels) :]:
-            axes.set_axis_off()
-        if shared:
-            grid[0, -1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
-        figure.suptitle(title, x=0.02, ha="left")
+        axes = figure.add_subplot()
+        _draw(axes, view, centre)
+        axes.set_title(view.title, loc="left")
+        axes.legend(loc="upper left", bbox_to_anchor=(0.95, 1.0), title=r"$W_{2n}$ outwards", alignment="left")
     return figure
 
 
-def _draw(axes: Axes, probes: Mapping[str, xr.Dataset]) -> None:
+@draw.register(CircularPanels)
+def _panels(view: CircularPanels) -> Figure:
+    rows = -(-len(view.panels) // view.columns)
+    shared = len({tuple(one.label for one in panel.curves) for panel in view.panels.values()}) == 1
+    figure = new_figure((3.1 if shared else 4.1) * view.columns + 0.9 * shared, 3.1 * rows + 0.4)
+    with mpl.rc_context(RC):
+        grid = figure.subplots(rows, view.columns, squeeze=False)
+        for axes, (heading, panel) in zip(grid.flat, view.panels.items(), strict=False):
+            _draw(axes, panel, CENTRE)
+            axes.set_title(heading)
+            if not shared:
+                axes.legend(loc="upper left", bbox_to_anchor=(0.98, 1.0))
+        for axes in list(grid.flat)[len(view.panels) :]:
+            axes.set_axis_off()
+        if shared:
+            grid[0, -1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
+        figure.suptitle(view.title, x=0.02, ha="left")
+    return figure
+
+
+def _draw(axes: Axes, view: CircularDiagram, centre: float) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    full = 1.0 + SHIFT
-    axes.fill(SHIFT * np.cos(turn), SHIFT * np.sin(turn), color=NEGATIVE, alpha=0.07, lw=0)
-    axes.plot(SHIFT * np.cos(turn), SHIFT * np.sin(turn), "--", color=NEGATIVE, lw=1.0, label=r"$W_{2n} = 0$")
-    axes.plot(full * np.cos(turn), full * np.sin(turn), color=FAINT, lw=0.6)
+    zero, rim = -centre, 1.0 - centre
+    axes.fill(zero * np.cos(turn), zero * np.sin(turn), color=NEGATIVE, alpha=0.07, lw=0)
+    axes.plot(zero * np.cos(turn), zero * np.sin(turn), "--", color=NEGATIVE, lw=1.0, label=r"$W_{2n} = 0$")
+    axes.plot(rim * np.cos(turn), rim * np.sin(turn), color=FAINT, lw=0.6)
     for angle, label in (
         (ISOTROPIC_COMPRESSION, "isotropic"),
         (90.0, r"$d\varepsilon_1$ (axial)"),
         (ISOCHORIC_COMPRESSION, "isochoric"),
     ):
-        x, y = full * np.cos(np.radians(angle)), full * np.sin(np.radians(angle))
+        x, y = rim * np.cos(np.radians(angle)), rim * np.sin(np.radians(angle))
         axes.plot([0, x], [0, y], color=FAINT, lw=0.6)
         side = "left" if x > 0.1 else "right" if x < -0.1 else "center"
-        axes.annotate(label, (1.03 * x, 1.03 * y), fontsize=7, color="#777777", ha=side)
-    axes.plot([-full, full], [0, 0], color=INK, lw=0.5)
-    axes.plot([0, 0], [-full, full], color=INK, lw=0.5)
-    axes.annotate(r"$\sqrt{2}\,d\varepsilon_3$", (1.03 * full, -0.03), fontsize=7, color="#777777")
-    for colour, (label, data) in zip(sequence(len(probes)), probes.items(), strict=True):
-        order = np.argsort(data.alpha.values)
-        alpha = np.radians(data.alpha.values[order])
-        radius = np.maximum(data.w2_normalised.values[order] + SHIFT, 0.0)
+        axes.annotate(label, (1.03 * x, 1.03 * y), fontsize=7, color=GREY, ha=side)
+    axes.plot([-rim, rim], [0, 0], color=INK, lw=0.5)
+    axes.plot([0, 0], [-rim, rim], color=INK, lw=0.5)
+    axes.annotate(r"$\sqrt{2}\,d\varepsilon_3$", (1.03 * rim, -0.03), fontsize=7, color=GREY)
+    for value in (-0.5, 0.0, 0.5, 1.0):
+        if value > centre:
+            axes.annotate(
+                f"{value:g}".replace("-", "\N{MINUS SIGN}"), (0.02, centre - value), fontsize=6, color=GREY, va="center"
+            )
+    clipped = 0
+    for colour, one in zip(sequence(len(view.curves)), view.curves, strict=True):
+        alpha = np.radians(one.alpha)
+        clipped += int((one.w2_normalised < centre).sum())
+        radius = np.maximum(one.w2_normalised, centre) - centre
         x, y = radius * np.cos(alpha), radius * np.sin(alpha)
-        axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=colour, lw=1.2, label=label)
-        sure = data.is_significant.values[order]
+        axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=colour, lw=1.2, label=one.label)
+        sure = one.is_significant
         axes.plot(x[sure], y[sure], ".", color=colour, ms=4 if len(x) <= 72 else 1.5)
         axes.plot(x[~sure], y[~sure], "o", mfc="white", mec=colour, ms=4)
+    if clipped:
+        words = f"{clipped} {'value' if clipped == 1 else 'values'} below {centre:g} drawn at the centre"
+        axes.annotate(
+            words.replace("-", "\N{MINUS SIGN}"),
+            (0.5, 0.0),
+            xycoords="axes fraction",
+            fontsize=7,
+            color=NEGATIVE,
+            ha="center",
+        )
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set_xlim(-1.7, 1.7)
-    axes.set_ylim(-1.6, 1.7)
+    axes.set_xlim(-1.13 * rim, 1.13 * rim)
+    axes.set_ylim(-1.07 * rim, 1.13 * rim)
