@@ -10,7 +10,7 @@ import numpy as np
 
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
 from rendulic.foundation.errors import InvalidInput
-from rendulic.probing.edges import UNKNOWN
+from rendulic.probing.edges import is_unknown
 from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
 
 if TYPE_CHECKING:
@@ -120,10 +120,10 @@ def _sector_bars(axes: Axes, row: int, cone: Cone) -> None:
         for first, last in (np.add(sector, turn) for turn in TURNS):
             axes.barh(row, last - first, left=first, height=0.5, facecolor=face, edgecolor=NEGATIVE, lw=0.8)
             for at, width in zip((first, last), uncertainty, strict=True):
-                if width < UNKNOWN:
-                    axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
-                elif np.isfinite(width):
+                if is_unknown(width):
                     axes.annotate("?", (at, row), ha="center", va="center", color=INK, fontsize=9)
+                else:
+                    axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
 
 
 def say_none(axes: Axes, height: float, unit: str = "data") -> None:
@@ -140,7 +140,7 @@ def draw_sector(axes: Axes, abscissa, first, last, **look: Any) -> None:
 
 def draw_edges(axes: Axes, abscissa, alpha, uncertainty, colour: str, link: str = "") -> None:
     """Edges in degrees as dots with error bars; open dots, without, where the drift alone could make the edge."""
-    is_known = uncertainty < UNKNOWN
+    is_known = ~is_unknown(uncertainty)
     for turn in TURNS:
         axes.errorbar(
             abscissa, alpha + turn, yerr=np.where(is_known, uncertainty, np.nan), fmt=f"o{link}", ms=3, lw=1.0,

@@ -15,6 +15,7 @@ from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, axisymmetric
 from rendulic.probing.cone import Cone
+from rendulic.probing.edges import NEAR_EDGE
 from rendulic.probing.probe import probe
 from rendulic.probing.second_order_work import second_order_work
 from rendulic.specimen.protocol import CanBurst, Specimen
@@ -240,7 +241,7 @@ def _nearest(alpha: np.ndarray, edges: np.ndarray) -> np.ndarray:
     return apart.min(axis=1)
 
 
-def agreement(table: xr.Dataset, margin: float = 5.0) -> tuple[int, int]:
+def agreement(table: xr.Dataset, margin: float = NEAR_EDGE) -> tuple[int, int]:
     """How many of the directions that the prediction speaks of agree, and how many there are.
 
     Not counted are directions closer than `margin` degrees to an edge, and stable ones whose opposite is
@@ -261,7 +262,7 @@ def agreement(table: xr.Dataset, margin: float = 5.0) -> tuple[int, int]:
     return int((agrees & counted).sum()), int(counted.sum())
 
 
-def judged(table: xr.Dataset, margin: float = 5.0) -> tuple[np.ndarray, np.ndarray]:
+def judged(table: xr.Dataset, margin: float = NEAR_EDGE) -> tuple[np.ndarray, np.ndarray]:
     """Whether each direction agrees, and whether it is counted; see `agreement`."""
     predicted, verdict = table.predicted.values, table.verdict.values
     in_cone = table.w2_normalised.values < 0.0

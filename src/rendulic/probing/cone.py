@@ -17,6 +17,7 @@ from rendulic.probing.edges import (
     Edge,
     between,
     find_edges,
+    give_or_take,
     largest_gap,
     probes_wanted,
     sectors_of,
@@ -127,16 +128,12 @@ class Cone(Shown):
             words = "unstable in all directions"
         else:
             words = "unstable from " + ", ".join(
-                f"{first:.4g} {_give_or_take(low)} to {last:.4g} {_give_or_take(high)}"
+                f"{first:.4g} +- {give_or_take(low)} to {last:.4g} +- {give_or_take(high)}"
                 for (first, last), (low, high) in zip(self.sectors, self.edge_uncertainty, strict=True)
             )
             words += " degrees" + (" of stress" if self.kind == "stress" else "")
         sure = "" if self.is_significant else ", not larger than the drift"
         return f"{words}; smallest W2n {self.smallest_w2n:.3g} at {self.smallest_alpha:.4g} degrees{sure}"
-
-
-def _give_or_take(uncertainty: float) -> str:
-    return f"+- {uncertainty:.2g}" if uncertainty < 100.0 else "+- ?"
 
 
 def instability_cone(

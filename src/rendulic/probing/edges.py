@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 __all__ = [
+    "NEAR_EDGE",
     "UNKNOWN",
     "Edge",
     "between",
     "find_edges",
+    "give_or_take",
+    "is_unknown",
     "largest_gap",
     "probes_wanted",
     "sectors_of",
@@ -18,7 +21,10 @@ __all__ = [
     "wrap",
 ]
 
-UNKNOWN = 180.0  # degrees: of an edge that the drift alone could make
+# degrees: uncertainty of an edge that the drift alone could make. 180 either way is the whole circle: nothing is known
+UNKNOWN = 180.0
+# degrees: what lies nearer to an edge is on neither side of it for sure, and an edge less sure than this is not sharp
+NEAR_EDGE = 5.0
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,26 @@ class Edge:
     uncertainty: float
     answered: float
     answered_uncertainty: float
+
+
+def is_unknown(uncertainty):
+    """Whether the drift alone could make an edge of this uncertainty; not where there is no edge (NaN).
+
+    >>> is_unknown([0.5, 120.0, 180.0, float("nan")]).tolist()
+    [False, False, True, False]
+    """
+    return np.asarray(uncertainty, dtype=float) >= UNKNOWN
+
+
+def give_or_take(uncertainty: float) -> str:
+    """An uncertainty in degrees as it is said, a question mark if it is unknown.
+
+    >>> give_or_take(0.25), give_or_take(114.0), give_or_take(180.0)
+    ('0.25', '114', '?')
+    """
+    if is_unknown(uncertainty):
+        return "?"
+    return f"{uncertainty:.0f}" if uncertainty >= 10.0 else f"{uncertainty:.2g}"
 
 
 def wrap(angle):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from rendulic.probing.burst import VERDICTS, judged
+from rendulic.probing.edges import NEAR_EDGE
 from rendulic.report.figure import Section, Table
 from rendulic.report.findings import Findings
-from rendulic.study.failure_tables import MARGIN
 
 __all__ = ["bursts"]
 
@@ -20,7 +20,7 @@ def bursts(findings: Findings) -> Section | None:
         [
             "Each state is pushed in a direction and then left to itself under the load it had. Failure is predicted "
             "where second-order work is negative "
-            f"from the size of the push to ten times it. Not counted are directions closer than {MARGIN:g} degrees to "
+            f"from the size of the push to ten times it. Not counted are directions closer than {NEAR_EDGE:g} degrees to "
             "an edge of a cone, and stable "
             "ones whose opposite is unstable."
         ],
@@ -31,7 +31,7 @@ def bursts(findings: Findings) -> Section | None:
 def _summary(findings: Findings) -> Table:
     rows, marks, targets = [], [], []
     for (name, place), table in findings.bursts.items():
-        agrees, counted = judged(table, MARGIN)
+        agrees, counted = judged(table)
         good, count = int((agrees & counted).sum()), int(counted.sum())
         fails = int(table.observed.values.sum())
         rows.append([str(place), name, f"{good} of {count}", str(int(table.predicted.values.sum())), str(fails),
@@ -45,7 +45,7 @@ def _summary(findings: Findings) -> Table:
 def _every(findings: Findings) -> Table:
     rows, marks = [], []
     for (_, place), table in findings.bursts.items():
-        agrees, counted = judged(table, MARGIN)
+        agrees, counted = judged(table)
         for k in range(table.sizes["alpha"]):
             one = table.isel(alpha=k)
             rows.append([

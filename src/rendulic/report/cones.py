@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from rendulic.probing.cone import Cone
+from rendulic.probing.edges import give_or_take, is_unknown
 from rendulic.report.figure import SYMBOLS, Figure, Section, Table, Trace, categories, numbers
 from rendulic.report.findings import Findings, panel_label
 from rendulic.study.plan import Place
@@ -77,7 +78,9 @@ def _sectors(own: Found, label: str, colour: str, aside: float) -> list[Trace]:
                 "hovertemplate": "%{text}<extra></extra>",
             })  # fmt: skip
             ends = [
-                (edge, shift) for edge, shift in ((first, low), (last, high)) if np.isfinite(shift) and shift < 90.0
+                (edge, shift)
+                for edge, shift in ((first, low), (last, high))
+                if np.isfinite(shift) and not is_unknown(shift)
             ]
             if ends:
                 traces.append(common | {
@@ -126,7 +129,7 @@ def _span(first: float, last: float, low: float, high: float) -> str:
 
 
 def _give_or_take(uncertainty: float) -> str:
-    return f" ± {uncertainty:.2g}" if uncertainty < 90.0 else " ± ?"
+    return f" ± {give_or_take(uncertainty)}"
 
 
 def _table(sets: dict[str, Found]) -> Table:

@@ -10,6 +10,7 @@ import numpy as np
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.measure.energy import energies
 from rendulic.dem.measure.equilibrium import KINETIC_TOLERANCE, TOLERANCE, assess
+from rendulic.probing.edges import NEAR_EDGE
 from rendulic.report.figure import Section, Table
 from rendulic.report.findings import Findings, panel_label
 from rendulic.specimen.curve import QUASI_STATIC_LIMIT
@@ -21,7 +22,7 @@ LIMITS = {
     "identity": 1e-9,  # of the largest term: sums of many terms in rounded numbers
     "energy": 1e-2,  # of the boundary work
     "equation_1": 1e-6,  # of the largest term
-    "edge": 5.0,  # degrees: bursts nearer than this to an edge are not counted either
+    "edge": NEAR_EDGE,  # bursts nearer than this to an edge are not counted either
 }
 WORDS = {"good": "✓ yes", "doubtful": "≈ in part", "bad": "✗ no"}
 

@@ -9,13 +9,12 @@ import numpy as np
 
 from rendulic.micro.clustering import verdict_of
 from rendulic.probing.burst import VERDICTS, judged
+from rendulic.probing.edges import NEAR_EDGE
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["anatomy_text", "burst_rows", "burst_text"]
-
-MARGIN = 5.0  # degrees from an edge within which a direction is not counted
 
 
 def burst_rows(tables: Mapping[str, xr.Dataset]) -> xr.Dataset:
@@ -38,19 +37,19 @@ def burst_text(tables: Mapping[str, xr.Dataset]) -> str:
     """
     heads = (
         "state", "W2 < 0, lasting", "of them fail", "W2 < 0 at first", "of them do not", "W2 > 0", "of them do not",
-        "agree", "error of the books",
+        "agree", "energy balance error",
     )  # fmt: skip
     lines = [
         "How many directions fail, and do not, for W2 negative from the size of the push to ten times it, for W2 negative "
         "at the size of the push only, and for W2 positive. Not counted are directions closer than "
-        f"{MARGIN:g} degrees to an edge of a cone, and stable ones whose opposite is unstable: a burst moves either way "
+        f"{NEAR_EDGE:g} degrees to an edge of a cone, and stable ones whose opposite is unstable: a burst moves either way "
         "along its line.",
         "",
         *_head(heads),
     ]
     total = np.zeros(6, dtype=int)
     for state, table in tables.items():
-        agrees, counted = judged(table, MARGIN)
+        agrees, counted = judged(table)
         lasting, negative = table.predicted.values, table.w2_normalised.values < 0.0
         of_each = [
             int((counted & which & right).sum())
@@ -85,12 +84,12 @@ def _disagreements(tables: Mapping[str, xr.Dataset]) -> list[str]:
     )
     count = len(lines)
     for state, table in tables.items():
-        agrees, counted = judged(table, MARGIN)
+        agrees, counted = judged(table)
         for k in np.flatnonzero(~agrees):
             one = table.isel(alpha=int(k))
             grew = f"{float(one.kinetic_growth):.0e}" if "kinetic_growth" in one else ""
             way = f"{float(one.travelled):.1f}" if "travelled" in one else ""
-            reason = "" if counted[k] else "edge" if float(one.to_edge) <= MARGIN else "opposite is unstable"
+            reason = "" if counted[k] else "edge" if float(one.to_edge) <= NEAR_EDGE else "opposite is unstable"
             lines.append(
                 _row((
                     state, f"{float(one.alpha):.4g}", f"{float(one.ratio):.2f}", f"{float(one.w2_normalised):+.2f}",
