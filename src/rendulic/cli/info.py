@@ -44,7 +44,7 @@ def info(
 
 
 def _of_study(folder: Path, check: bool) -> None:
-    from rendulic.study.execution.campaign import recorded
+    from rendulic.study.execution.campaign import results_in
     from rendulic.study.execution.status import status_of
 
     status = status_of(folder)
@@ -57,8 +57,8 @@ def _of_study(folder: Path, check: bool) -> None:
     for unit, why in status.failed.items():
         typer.echo(f"  failed: {unit.label}: {why}")
     if check:
-        units, store = recorded(folder)
-        for error in store.damaged(store.keys() & set(units)).values():
+        results = results_in(folder)
+        for error in results.store.damaged(results.done & set(results.wanted)).values():
             typer.echo(f"  damaged: {error}")
     for unit in status.missing[:SHOWN]:
         typer.echo(f"  missing: {unit.label}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,9 +13,11 @@ import typer
 from rendulic.cli.progress import campaign
 
 if TYPE_CHECKING:
-    from rendulic.study.execution.campaign import Report
+    from rendulic.figures.of_study import Drawn
+    from rendulic.study.execution.campaign import StudyRun
+    from rendulic.study.language.study import Study
 
-__all__ = ["in_order", "run", "say_how_it_went", "workers_of"]
+__all__ = ["in_order", "run", "run_and_draw", "say_how_it_went", "workers_of"]
 
 # exit codes: some units failed and all others are done; stopped by the user
 FAILED, STOPPED = 3, 130
@@ -37,23 +39,43 @@ def run(
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only how it went.")] = False,
 ) -> None:
-    """Do what a study asks for: packings, states, probes, cones, bursts, element tests, figures.
+    """Do what a study asks for: specimens, states, probes, cones, bursts, paths, figures.
 
     What the folder holds already is not done again, so an interrupted run goes on where it stopped. Exit code 3: something
     failed, the rest is done.
 
     Example: rendulic run study.toml -o results
     """
-    from rendulic.study.execution.campaign import run_study
     from rendulic.study.language.study_file import read_study
 
-    read = read_study(study)
-    folder = output or Path(study.stem)
+    run_and_draw(read_study(study), output or Path(study.stem), scheduler, workers, quiet, retry=retry, repair=repair)
+
+
+def run_and_draw(
+    study: Study,
+    folder: Path,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    quiet: bool = False,
+    figures: list[str] | None = None,
+    retry: bool = False,
+    repair: bool = False,
+) -> None:
+    """Do all of a study, or what some figures need; draw, and say how it went. Code 3 if something failed."""
+    from rendulic.figures.of_study import draw_study
+    from rendulic.study.execution.campaign import run_study
+    from rendulic.study.plan import plan_of
+    from rendulic.views.catalogue import check_figures, units_for
+
+    names = list(study.figures.draw) if figures is None else figures
+    check_figures(plan_of(study), names)
+    only = None if figures is None else lambda plan: units_for(plan, names)
     with in_order(), campaign(quiet) as watch:
-        report = run_study(
-            read, folder, executor=workers_of(scheduler, workers), retry=retry, repair=repair, watch=watch
+        done = run_study(
+            study, folder, only=only, executor=workers_of(scheduler, workers), retry=retry, repair=repair, watch=watch
         )
-    say_how_it_went(report, folder)
+        drawn = draw_study(done.results, names)
+    say_how_it_went(done, drawn)
 
 
 @contextmanager
@@ -86,21 +108,25 @@ def workers_of(scheduler: str | None, workers: int | None):
     return lambda folder: ClusterWorkers(folder, scheduler)
 
 
-def say_how_it_went(report: Report, folder: Path) -> None:
-    """Counts, figures, failures; ends the program with code 3 if there are any of these."""
-    outcome = report.outcome
-    for damage in report.repaired.values():
+def say_how_it_went(run: StudyRun, drawn: Mapping[str, list[Drawn]]) -> None:
+    """Answers, counts, figures, failures; ends the program with code 3 if there are any of these."""
+    outcome, folder = run.outcome, run.results.store.folder
+    for damage in run.repaired.values():
         typer.echo(f"made again: {damage}")
+    for name, views in drawn.items():
+        for one in views:
+            if one.view.verdict:
+                typer.echo(f"{name}: {one.view.verdict}")
     total = len(outcome.done) + len(outcome.failed) + len(outcome.blocked)
     typer.echo(f"{len(outcome.done)} of {total} units are done, {outcome.made} of them now, in {folder}")
-    for name, paths in report.figures.items():
-        typer.echo(f"{name}: {', '.join(str(path) for path in paths)}")
+    for name, views in drawn.items():
+        files = [str(file) for one in views for file in one.files]
+        typer.echo(f"{name}: {', '.join(files) or 'not drawn, as nothing that it shows is finished'}")
+    typer.echo(f"all of it on one page: rendulic report {folder}")
     if not outcome.failed:
         return
     for unit, error in outcome.failed.items():
         typer.secho(f"failed: {unit.label}: {error}", fg="red", err=True)
     if outcome.blocked:
         typer.secho(f"{len(outcome.blocked)} units wait for these", fg="red", err=True)
-    if report.not_drawn:
-        typer.secho(f"not drawn for lack of them: {', '.join(report.not_drawn)}", fg="red", err=True)
     raise typer.Exit(FAILED)

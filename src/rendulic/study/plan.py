@@ -2,30 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from rendulic.foundation.errors import InvalidInput
-from rendulic.study.language.config import BurstSet, ConeSet, Packing, ProbeSet, Study
-from rendulic.study.sands import MODEL_BURSTS, SANDS
+from rendulic.study.ids import SampleId, StateId
+from rendulic.study.language.study import Study
 from rendulic.study.store.unit import Unit
+from rendulic.study.tasks.measurement import Measurement
 
-__all__ = ["BATCH", "MOST_UNITS", "Place", "Plan", "plan_of"]
+__all__ = ["MOST_UNITS", "Plan", "plan_of"]
 
-BATCH = 7  # probes of one unit: with the null probe, a full vector of lanes
 MOST_UNITS = 1_000_000
-
-
-class Place(NamedTuple):
-    """A state at rest of one packing."""
-
-    packing: str
-    seed: int
-    eta: float
-
-    def __str__(self) -> str:
-        return f"{self.packing}, seed {self.seed}, eta = {self.eta:g}"
+Where = tuple[str, StateId | None]  # name of a set, and the state
 
 
 @dataclass(frozen=True)
@@ -38,38 +28,51 @@ class Plan:
         What they are of.
     units : dict of hash to Unit
         Each after those that it needs.
-    packings, ends : dict of (name, seed) to Unit
-        Packings under isotropic pressure, and their curves after the last state.
-    states : dict of Place to Unit
-        States at rest with the curves that led there.
-    probes : dict of (set, Place) to list of Unit
-        Batches of directions, in order.
-    cones, bursts : dict of (set, Place) to Unit
-        Of the sets of that name.
-    dissections : dict of Place to Unit
-        Every contact in the most unstable direction.
-    tests : dict of str to Unit
-        Element tests by name.
-    extra : dict of str to Unit
-        What single figures need besides.
+    samples : dict of SampleId to Unit
+        Samples as made.
+    states : dict of StateId to Unit
+        States with the curves that led there.
+    ends : dict of SampleId to Unit
+        Curves after the last state.
+    work : dict of table to dict of (set, StateId) to tuple of Unit
+        What is measured; see `of`.
     """
 
     study: Study
     units: dict[str, Unit] = field(default_factory=dict)
-    packings: dict[tuple[str, int], Unit] = field(default_factory=dict)
-    ends: dict[tuple[str, int], Unit] = field(default_factory=dict)
-    states: dict[Place, Unit] = field(default_factory=dict)
-    probes: dict[tuple[str, Place], list[Unit]] = field(default_factory=dict)
-    cones: dict[tuple[str, Place], Unit] = field(default_factory=dict)
-    bursts: dict[tuple[str, Place], Unit] = field(default_factory=dict)
-    dissections: dict[Place, Unit] = field(default_factory=dict)
-    tests: dict[str, Unit] = field(default_factory=dict)
-    extra: dict[str, Unit] = field(default_factory=dict)
+    samples: dict[SampleId, Unit] = field(default_factory=dict)
+    states: dict[StateId, Unit] = field(default_factory=dict)
+    ends: dict[SampleId, Unit] = field(default_factory=dict)
+    work: dict[str, dict[Where, tuple[Unit, ...]]] = field(default_factory=dict)
 
-    def add(self, kind: str, label: str, inputs: dict[str, Any], **needs: Unit) -> Unit:
+    def add(self, unit: Unit) -> Unit:
         """A unit of the plan; the one that is there already if it is the same work."""
-        unit = Unit(kind, label, inputs, needs)
         return self.units.setdefault(unit.key, unit)
+
+    def put(self, measurement: Measurement, state: StateId | None, *units: Unit, table: str = "") -> None:
+        """Add units of a measurement; under the name of another table, if one is given."""
+        own = self.work.setdefault(table or measurement.table, {})
+        own[measurement.name, state] = tuple(map(self.add, units))
+
+    def state(self, state: StateId) -> Unit:
+        """The unit that makes a state."""
+        return self.samples[state.sample] if state.eta is None else self.states[state]
+
+    def of(self, table: str) -> Mapping[Where, tuple[Unit, ...]]:
+        """Units of a table by the name of their set and their state, in the order of the study."""
+        return self.work.get(table, {})
+
+    def specimen(self, name: str) -> Any:
+        """The section of a specimen."""
+        return next(each for each in self.study.specimen if each.name == name)
+
+    def has_grains(self, state: StateId) -> bool:
+        """Whether it is a state of grains."""
+        return self.specimen(state.specimen).has_grains
+
+    def load_options(self, state: StateId) -> dict[str, Any]:
+        """How its specimen follows paths."""
+        return self.specimen(state.specimen).load_options()
 
     def needed_for(self, targets: Iterable[Unit]) -> dict[str, Unit]:
         """These units and all that they need, in the order of the plan."""
@@ -93,108 +96,28 @@ def plan_of(study: Study) -> Plan:
     """
     _check_size(study)
     plan = Plan(study)
-    for packing in study.packing:
-        for seed in packing.seeds:
-            _add_packing(plan, packing, seed)
-    for probes in study.probes:
-        for place in _places(study, probes):
-            plan.probes[probes.name, place] = _batches(plan, probes, place)
-    # those that answer others come after them
-    for cones in sorted(study.cones, key=lambda cones: cones.answering is not None):
-        for place in _places(study, cones):
-            plan.cones[cones.name, place] = _cone(plan, cones, place)
-    for bursts in study.bursts:
-        _add_bursts(plan, bursts)
-    settings = {"material": study.material.model_dump(), "model": study.model.model_dump()}
-    for test in study.test:
-        inputs = settings | {"test": test.model_dump(mode="json", exclude_unset=True)}
-        plan.tests[test.name] = plan.add("element_test", f"element test {test.name}", inputs)
-    _add_for_figures(plan)
+    for specimen in study.specimen:
+        for sample in specimen.samples():
+            before = plan.add(specimen.make(sample).unit(f"{specimen.kind} {sample}"))
+            plan.samples[sample] = before
+            for eta in specimen.eta:
+                state = StateId(*sample, eta)
+                before = plan.add(specimen.reach(eta).unit(f"state {state}", before=before))
+                plan.states[state] = before
+            if specimen.to_the_end:
+                plan.ends[sample] = plan.add(specimen.reach(None).unit(f"loading to the end, {sample}", before=before))
+    for measurement in study.measurements():
+        for place in measurement.states(study):
+            measurement.add(plan, place)
     return plan
 
 
-def _places(study: Study, chosen: ProbeSet | ConeSet) -> list[Place]:
-    return [Place(packing.name, *picked) for packing in study.packing for picked in chosen.picks(packing)]
-
-
 def _check_size(study: Study) -> None:
-    count = len(study.test) + sum(len(packing.seeds) * (len(packing.eta) + 2) for packing in study.packing)
-    for chosen in (*study.probes, *study.cones):
-        each = -(-len(chosen.directions()) // BATCH) if isinstance(chosen, ProbeSet) else 2
-        count += each * sum(chosen.count(packing) for packing in study.packing)
+    count = sum(len(each.samples()) * (len(each.eta) + 2) for each in study.specimen)
+    for measurement in study.measurements():
+        for _ in measurement.states(study):
+            count += measurement.count()
+            if count > MOST_UNITS:
+                break
     if count > MOST_UNITS:
-        raise InvalidInput(f"the study asks for {count} units of work, and {MOST_UNITS} are allowed: split it")
-
-
-def _add_packing(plan: Plan, packing: Packing, seed: int) -> None:
-    study = plan.study
-    recipe = packing.recipe(study.shared)
-    name = f"{packing.name}, seed {seed}"
-    grains = {"contact": study.contact.model_dump(), "loading": study.loading.model_dump()}
-    before = plan.add("packing", f"packing {name}", {"recipe": recipe.model_dump(), "seed": seed} | grains)
-    plan.packings[packing.name, seed] = before
-    loading = {
-        "loading": grains["loading"], "lateral_stress_pa": recipe.pressure_pa, "axial_strain": packing.axial_strain
-    }  # fmt: skip
-    for eta in packing.eta:
-        place = Place(packing.name, seed, eta)
-        before = plan.add("state", f"state {place}", loading | {"eta": eta}, before=before)
-        plan.states[place] = before
-    if packing.to_the_end:
-        plan.ends[packing.name, seed] = plan.add("end", f"shear to the end {name}", loading, before=before)
-
-
-def _batches(plan: Plan, probes: ProbeSet, place: Place) -> list[Unit]:
-    how = probes.model_dump(include={"kind", "step_deg", "sphere_directions", "norms", "n_steps", "damping", "anatomy"})
-    count = len(probes.directions())
-    return [
-        plan.add(
-            "probes",
-            f"probes {probes.name} {first} to {min(first + BATCH, count) - 1}: {place}",
-            how | {"norms": list(probes.norms), "first": first, "count": min(BATCH, count - first)},
-            state=plan.states[place],
-        )
-        for first in range(0, count, BATCH)
-    ]
-
-
-def _cone(plan: Plan, cones: ConeSet, place: Place) -> Unit:
-    how = cones.model_dump(include={"n_steps", "damping", "step_deg"})
-    state = plan.states[place]
-    if cones.answering is None:
-        bracket = {"norms": list(cones.sizes), "tolerance_deg": cones.tolerance_deg}
-        return plan.add("cone", f"cone {cones.name}: {place}", how | bracket, state=state)
-    answered = plan.cones[cones.answering, place]
-    return plan.add(
-        "stress_probes", f"stress probes {cones.name}: {place}", how | {"norm": cones.norm}, state=state, cone=answered
-    )
-
-
-def _add_bursts(plan: Plan, bursts: BurstSet) -> None:
-    cones = next(cones for cones in plan.study.cones if cones.name == bursts.cones)
-    how = {"norm": cones.norm, "damping": cones.damping, "n_steps": bursts.n_steps, "step_deg": bursts.step_deg}
-    for place in _places(plan.study, cones):
-        needs = {"state": plan.states[place], "cone": plan.cones[cones.name, place]}
-        plan.bursts[bursts.name, place] = plan.add("bursts", f"bursts {bursts.name}: {place}", how, **needs)
-
-
-def _add_for_figures(plan: Plan) -> None:
-    study, draw = plan.study, plan.study.figures.draw
-    if "anatomy" in draw:
-        probes = next(each for each in study.probes if each.anatomy)
-        how = {"norm": probes.norms[-1], "n_steps": probes.steps_to(probes.norms[-1]), "damping": probes.damping}
-        for (name, place), batches in plan.probes.items():
-            if name == probes.name:
-                parts = {f"probes_{k}": unit for k, unit in enumerate(batches)}
-                plan.dissections[place] = plan.add(
-                    "dissection", f"anatomy of {place}", how, state=plan.states[place], **parts
-                )  # fmt: skip
-    sand = {"pressure_pa": study.shared.pressure_pa} if study.specimen else {}
-    if "map" in draw:
-        for name in SANDS:
-            plan.extra[f"map {name}"] = plan.add("sand_map", f"map of sand {name}", sand | {"sand": name})
-    if "bursts" in draw:
-        step = {"step_deg": study.bursts[0].step_deg}
-        for name, eta in MODEL_BURSTS:
-            inputs = sand | step | {"sand": name, "eta": eta}
-            plan.extra[f"bursts {name} {eta:g}"] = plan.add("sand_bursts", f"bursts of sand {name}, {eta:g}", inputs)
+        raise InvalidInput(f"the study asks for {count} units of work or more, and {MOST_UNITS} are allowed: split it")

@@ -64,9 +64,9 @@ def units_for(plan: Plan, names: Iterable[str]) -> list[Unit]:
     return [unit for name in names for unit in catalogue()[one_of(name, catalogue(), "figure")].needs(plan)]
 
 
-def check_figures(plan: Plan) -> None:
+def check_figures(plan: Plan, names: Iterable[str]) -> None:
     """Raise `InvalidInput` if a figure is unknown, or the study has not what it needs."""
-    for name in plan.study.figures.draw:
+    for name in names:
         figure = catalogue()[one_of(name, catalogue(), "figure")]
         if not figure.needs(plan):
             raise InvalidInput(f"figures: {name} needs {figure.lacks}, and the study has none")

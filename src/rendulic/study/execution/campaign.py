@@ -1,4 +1,4 @@
-"""A whole study in its folder: units, then files under names that people know, then figures."""
+"""A whole study in its folder: its units, then files under names that people know."""
 
 from __future__ import annotations
 
@@ -10,25 +10,24 @@ from typing import Any
 
 from rendulic import __version__
 from rendulic.foundation.errors import CorruptFile, InvalidInput
-from rendulic.study.draw import draw, needed_by
 from rendulic.study.execution.executor import Executor
 from rendulic.study.execution.local import LocalWorkers
 from rendulic.study.execution.run import Outcome, Watch, run_units
-from rendulic.study.language.config import Study
-from rendulic.study.language.study_file import study_from, with_figures
+from rendulic.study.language.study import Study
+from rendulic.study.language.study_file import study_from
 from rendulic.study.plan import Plan, plan_of
 from rendulic.study.products import write_products
 from rendulic.study.results import Results
 from rendulic.study.store.store import Store
 from rendulic.study.store.unit import RESULTS, Unit
 
-__all__ = ["Report", "recorded", "recorded_plan", "run_study"]
+__all__ = ["StudyRun", "results_in", "run_study"]
 
 RECORD = "study.json"
 
 
 @dataclass(frozen=True)
-class Report:
+class StudyRun:
     """What a run of a study has done.
 
     Parameters
@@ -39,10 +38,6 @@ class Report:
         Which units are finished, failed, blocked.
     products : list of Path
         States and tables.
-    figures : dict of str to list of Path
-        The files of each figure that could be drawn.
-    not_drawn : list of str
-        Figures that need units which are not finished.
     repaired : dict of str to CorruptFile
         Units that were damaged and made again.
     """
@@ -50,8 +45,6 @@ class Report:
     results: Results
     outcome: Outcome
     products: list[Path]
-    figures: dict[str, list[Path]]
-    not_drawn: list[str]
     repaired: dict[str, CorruptFile]
 
 
@@ -59,12 +52,12 @@ def run_study(
     study: Study,
     folder: str | os.PathLike,
     *,
-    figures: Iterable[str] | None = None,
+    only: Callable[[Plan], Iterable[Unit]] | None = None,
     executor: Callable[[Path], Executor] = LocalWorkers,
     retry: bool = False,
     repair: bool = False,
     watch: Watch | None = None,
-) -> Report:
+) -> StudyRun:
     """Do all that a study asks for and that its folder does not hold yet.
 
     Parameters
@@ -73,8 +66,8 @@ def run_study(
         From `read_study` or `preset`.
     folder : path
         Made if absent. Units found there are not repeated, whatever else has changed in the study.
-    figures : iterable of str, optional
-        Only what these need is done; by default all units, and the figures of the study.
+    only : callable, optional
+        Gives the units of the plan that are wanted; they and what they need are done. By default all units.
     executor : callable
         Gives the workers for a folder.
     retry, watch
@@ -87,45 +80,28 @@ def run_study(
     InvalidInput
         If the folder cannot be written to, or another process works on it.
     CorruptFile
-        If a finished result that a table or figure needs is damaged.
+        If a finished result that a table needs is damaged.
     RendulicError
         If a result cannot be kept; see `run_units`.
     """
-    wanted = None if figures is None else list(figures)
-    if wanted is not None:
-        study = with_figures(study, wanted)
     plan = plan_of(study)
-    units = _units(plan, wanted)
+    units = plan.units if only is None else plan.needed_for(only(plan))
     store = Store(folder)
     with store.claimed():
-        about = {"rendulic": __version__, "results": RESULTS, "figures": wanted}
+        about: dict[str, Any] = {"rendulic": __version__, "results": RESULTS}
+        about["wanted"] = None if only is None else list(units)
         store.write_json(RECORD, about | {"study": study.model_dump(mode="json", exclude_unset=True)})
         repaired = store.damaged(store.keys() & set(units)) if repair else {}
         for key in repaired:
             store.remove(key)
         outcome = run_units(units, store, executor(store.folder), retry=retry, watch=watch)
-        results = Results(plan, store)
-        products = write_products(results, outcome.done) if study.figures.tables else []
-        can = [name for name in study.figures.draw if all(unit.key in outcome.done for unit in needed_by(plan, name))]
-        drawn = draw(results, can, store.folder)
-    left = [name for name in study.figures.draw if name not in can]
-    return Report(results, outcome, products, drawn, left, repaired)
+        results = Results(plan, store, units)
+        products = write_products(results) if study.figures.tables else []
+    return StudyRun(results, outcome, products, repaired)
 
 
-def _units(plan: Plan, wanted: list[str] | None) -> dict[str, Unit]:
-    if wanted is None:
-        return plan.units
-    return plan.needed_for(unit for name in wanted for unit in needed_by(plan, name))
-
-
-def recorded(folder: str | os.PathLike) -> tuple[dict[str, Unit], Store]:
-    """The units of the study that a folder was last run with, and its store; raises as `recorded_plan`."""
-    _, units, store = recorded_plan(folder)
-    return units, store
-
-
-def recorded_plan(folder: str | os.PathLike) -> tuple[Plan, dict[str, Unit], Store]:
-    """The plan of the study that a folder was last run with, those of its units that were asked for, and the store.
+def results_in(folder: str | os.PathLike) -> Results:
+    """The results of the study that a folder was last run with; `wanted` are the units that were asked for then.
 
     Raises
     ------
@@ -142,4 +118,6 @@ def recorded_plan(folder: str | os.PathLike) -> tuple[Plan, dict[str, Unit], Sto
             "not read: use that version, or run the study again"
         )
     plan = plan_of(study_from(found["study"], str(store.folder / RECORD)))
-    return plan, _units(plan, found.get("figures")), store
+    wanted = found.get("wanted")
+    chosen = plan.units if wanted is None else {key: plan.units[key] for key in wanted if key in plan.units}
+    return Results(plan, store, chosen)

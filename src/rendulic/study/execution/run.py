@@ -18,7 +18,6 @@ __all__ = ["Outcome", "Unwatched", "Watch", "run_units"]
 
 DEATHS = 5  # of workers at one unit, after which it is not handed out again in this run
 SECONDS_PER_LOOK, SECONDS_PER_NOTE = 0.5, 2.0
-FIRST = ("packing", "state")  # others wait for these
 
 
 class Watch(Protocol):
@@ -112,7 +111,8 @@ class _Run:
         return self.outcome
 
     def _make_ready(self, unit: Unit) -> None:
-        heapq.heappush(self.ready, (unit.kind not in FIRST, self.places[unit.key], unit))
+        # those that others wait for come first
+        heapq.heappush(self.ready, (unit.key not in self.wanted_by, self.places[unit.key], unit))
 
     def _hand_out(self) -> None:
         room = self.executor.capacity + self.executor.ahead

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rendulic.study.execution.campaign import recorded_plan
+from rendulic.study.execution.campaign import results_in
 from rendulic.study.store.unit import Unit
 
 __all__ = ["Status", "status_of"]
@@ -60,7 +60,8 @@ def status_of(folder: str | os.PathLike) -> Status:
     InvalidInput
         If the folder holds no study that this version reads.
     """
-    plan, units, store = recorded_plan(folder)
+    results = results_in(folder)
+    units, store = results.wanted, results.store
     found = store.keys()
     shares = (store.read_json("running.json") or {}) if store.is_claimed() else {}
     running = {units[key]: shares[key] for key in units if key in shares and key not in found}
@@ -69,7 +70,7 @@ def status_of(folder: str | os.PathLike) -> Status:
     total = Counter(unit.kind for unit in units.values())
     done = Counter(unit.kind for key, unit in units.items() if key in found)
     return Status(
-        title=plan.study.title or store.folder.resolve().name,
+        title=results.study.title or store.folder.resolve().name,
         kinds={kind: (done[kind], count) for kind, count in total.items()},
         running=running,
         failed=failed,

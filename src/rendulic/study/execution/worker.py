@@ -34,7 +34,7 @@ FINAL = (DidNotConverge, InvalidInput, NotEquilibrated, UnstableTimeStep)
 def answer_to(order: Mapping[str, Any], folder: str, threads: int, tell: Callable[[Answer], None]) -> Answer:
     """Carry out a unit and keep its result; the last answer is returned, those of progress are told."""
     from rendulic.dem.drive.team import use_threads
-    from rendulic.study.work import carry_out
+    from rendulic.study.task import How, task_from
 
     store = Store(folder)
     log = _Log(store.folder / "logs" / f"{order['key']}.log", order["label"])
@@ -54,7 +54,8 @@ def answer_to(order: Mapping[str, Any], folder: str, threads: int, tell: Callabl
     use_threads(threads)
     try:
         log.line(f"begun by rendulic {order['rendulic']}, process {os.getpid()}, {threads} threads")
-        parts = carry_out(order, folder, progress, threads)
+        needs = {role: store.read(key) for role, key in order["needs"].items()}
+        parts = task_from(order["kind"], order["inputs"]).run(needs, How(progress, threads))
     except FINAL as error:
         log.line(f"failed: {error}")
         return {"failed": {"error": f"{type(error).__name__}: {error}", "is_final": True}}

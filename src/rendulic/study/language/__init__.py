@@ -1,1 +1,1 @@
-"""What a study is, in TOML."""
+"""What a study is, in TOML: its file, checked, and the presets."""

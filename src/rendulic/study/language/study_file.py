@@ -4,53 +4,47 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Iterator, Mapping
 from importlib import resources
-from itertools import chain
 from typing import Any
 
+import tomlkit
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from rendulic.chang_hicher import Parameters
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.validation import read_toml, validated
-from rendulic.study.language.config import (
-    BurstSet,
-    ConeSet,
-    Contact,
-    Figures,
-    Loading,
-    Packing,
-    ProbeSet,
-    Recipe,
-    Study,
-)
-from rendulic.study.language.element import ElementTest, Model, check_states
+from rendulic.study.language.old_form import is_old_form, new_form, new_text
+from rendulic.study.language.study import Figures, Study
+from rendulic.study.specimens.chang_hicher import Sand
+from rendulic.study.specimens.grains import Contact, Grains, Loading
+from rendulic.study.tasks.measurement import Selected, measurements
 
-__all__ = ["PRESETS", "preset", "preset_text", "read_study", "study_from", "template", "with_figures", "with_seed"]
+__all__ = ["PRESETS", "preset", "preset_text", "read_study", "study_from", "template", "with_seed"]
 
-PRESETS = ("quick", "paper")
+PRESETS = ("quick", "paper", "element_tests")
 
 # what the commented file begins with; all else in it are the defaults, commented out
-BEGIN: tuple[tuple[str, type[BaseModel], dict[str, Any]], ...] = (
-    ("[specimen]", Recipe, {"n_grains": 1000}),
-    ("[contact]", Contact, {}),
-    ("[loading]", Loading, {"inertial_number": 5e-5}),
-    ("[[packing]]", Packing, {"name": "loose", "seeds": [1], "eta": [0.3, 0.48]}),
-    ("[[packing]]", Packing, {"name": "dense", "seeds": [1], "eta": [0.6], "growth_friction": 0.0}),
-    ("[[probes]]", ProbeSet, {"name": "circle", "step_deg": 20.0, "norms": [5e-5, 2e-4], "n_steps": 1000}),
-    ("[[cones]]", ConeSet, {"name": "cones", "norm": 2e-4, "n_steps": 4000, "step_deg": 20.0}),
-    ("[[bursts]]", BurstSet, {"name": "bursts", "cones": "cones", "n_steps": 4000, "step_deg": 60.0}),
-    ("[material]", Parameters, {}),
-    ("[model]", Model, {}),
-    ("[[test]]", ElementTest, {"name": "undrained", "path": "undrained", "pressure_pa": 300e3, "void_ratio": 0.9}),
-    ("[figures]", Figures, {"draw": ["fig3", "cones", "elements"]}),
+BEGIN: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("grains", {"name": "loose", "kind": "grains", "n_grains": 1000, "seeds": [1], "eta": [0.3, 0.48]}),
+    ("chang_hicher", {
+        "name": "hostun", "kind": "chang_hicher", "preset": "hostun_loose", "void_ratios": [0.9], "eta": [0.3, 0.9],
+    }),
+    ("probes", {"name": "circle", "step_deg": 20.0, "norms": [5e-5, 2e-4], "n_steps": 1000}),
+    ("cones", {"name": "cones", "norm": 2e-4, "n_steps": 4000, "step_deg": 20.0}),
+    ("bursts", {"name": "bursts", "cones": "cones", "n_steps": 4000, "step_deg": 60.0}),
+    ("path", {"name": "undrained", "specimens": ["hostun"], "path": "undrained"}),
 )  # fmt: skip
+DRAWN = {"draw": ["fig3", "cones", "elements"]}
+SPECIMENS: dict[str, type[BaseModel]] = {"grains": Grains, "chang_hicher": Sand}
 HEAD = """# A study for rendulic. Run it: rendulic run THIS_FILE -o results
-# What is commented out are the defaults; where it says ..., nothing is given. Stresses in Pa, lengths in m, strains as
-# numbers; compression positive. [[packing]], [[probes]], [[cones]], [[bursts]] and [[test]] may be repeated or left out.
+# Lines that begin with # and have a value show the default; ... means that nothing is given. Stresses in Pa, lengths in m,
+# strains as numbers; compression positive. Every table in double brackets may be repeated or left out.
+
+title = "A first study"
 """
+SAME = "name", *Selected.model_fields  # explained once
 
 
 def read_study(path: str | os.PathLike) -> Study:
@@ -60,6 +54,11 @@ def read_study(path: str | os.PathLike) -> Study:
     ------
     InvalidInput
         If there is no such file, it is not TOML, or any entry is not admissible: the entry is named.
+
+    Warns
+    -----
+    FutureWarning
+        If it is written as for rendulic 0.1; the warning shows it in today's words.
     """
     table = read_toml(path, f"no study at {path}: check the path, or write one with rendulic init")
     return study_from(table, str(path))
@@ -67,12 +66,24 @@ def read_study(path: str | os.PathLike) -> Study:
 
 def study_from(table: Mapping[str, Any], what: str) -> Study:
     """A study from its table; `what` begins the message if an entry is not admissible."""
-    study = validated(Study, table, what)
+    if is_old_form(table):
+        table = new_form(table, what)
+        study = _checked(table, what)
+        warnings.warn(
+            f"{what} is written as for rendulic 0.1, which the next version will not read; write it so:\n\n{new_text(table)}",
+            FutureWarning,
+            stacklevel=3,
+        )
+        return study
+    return _checked(table, what)
+
+
+def _checked(table: Mapping[str, Any], what: str) -> Study:
     try:
-        check_states(study)
+        return validated(Study, table, what)
     except InvalidInput as error:
-        raise InvalidInput(f"{what}: {error}") from None
-    return study
+        text = str(error)
+        raise (error if text.startswith(what) else InvalidInput(f"{what}: {text}")) from None
 
 
 def preset(name: str) -> Study:
@@ -85,7 +96,7 @@ def preset(name: str) -> Study:
 
     Examples
     --------
-    >>> preset("paper").specimen.n_grains
+    >>> preset("paper").specimen[0].n_grains
     10000
     """
     return study_from(tomllib.loads(preset_text(name)), f"preset '{name}'")
@@ -105,63 +116,55 @@ def with_seed(study: Study, seed: int) -> Study:
     InvalidInput
         If the study has no packings, or a seed would be negative.
     """
-    if not study.packing:
-        raise InvalidInput("a seed needs a study with packings")
-    shift = seed - study.packing[0].seeds[0]
+    first = next((each.seeds[0] for each in study.specimen if each.kind == "grains"), None)
+    if first is None:
+        raise InvalidInput('a seed needs a study with packings: [[specimen]] of kind "grains"')
     table = study.model_dump(exclude_unset=True)
-    for each in chain.from_iterable(table.get(name, ()) for name in ("packing", "probes", "cones")):
-        if "seeds" in each or each in table["packing"]:
-            each["seeds"] = [own + shift for own in each.get("seeds", Packing.model_fields["seeds"].default)]
+    for each in table["specimen"]:
+        if each["kind"] == "grains":
+            each["seeds"] = [own + seed - first for own in each.get("seeds", Grains.model_fields["seeds"].default)]
+    for name in measurements():
+        for each in table.get(name, ()):
+            if "seeds" in each:
+                each["seeds"] = [own + seed - first for own in each["seeds"]]
     return study_from(table, f"seed {seed}")
-
-
-def with_figures(study: Study, wanted: Iterable[str]) -> Study:
-    """The study with these figures to draw.
-
-    Raises
-    ------
-    InvalidInput
-        If one is unknown, or the study has not what it needs.
-    """
-    table = study.model_dump(exclude_unset=True)
-    return study_from(table | {"figures": {**table.get("figures", {}), "draw": tuple(wanted)}}, "figures asked for")
 
 
 def template() -> str:
     """The text of a commented study to begin with: every entry, its default and its meaning."""
-    lines = [HEAD, 'title = "A first study"', ""]
-    seen: set[type] = set()
-    for header, model, given in BEGIN:
-        doc = (model.__doc__ or "").strip().splitlines()[0]
-        lines += [f"# {doc}" if model not in seen else "", header]
-        lines += list(_entries(model, given, model in seen))
-        lines.append("")
-        seen.add(model)
-    return "\n".join(lines)
+    parts = [HEAD]
+    for name, given in BEGIN:
+        model = SPECIMENS.get(name) or measurements()[name]
+        parts.append(_section(f"[[{'specimen' if name in SPECIMENS else name}]]", model, given))
+        if name == "grains":
+            parts += [_section("[specimen.contact]", Contact, {}), _section("[specimen.loading]", Loading, {})]
+    parts.append(_section("[figures]", Figures, DRAWN))
+    return "\n".join(parts)
 
 
-def _entries(model: type[BaseModel], given: Mapping[str, Any], only_given: bool) -> Iterator[str]:
-    if model is Parameters:
-        yield '# preset = "hostun_loose"  # or "fig6_base"; single values replace the preset\'s'
+def _section(header: str, model: type[BaseModel], given: Mapping[str, Any]) -> str:
+    doc = (model.__doc__ or "").strip().splitlines()[0]
+    return "\n".join([f"# {doc}", header, *_entries(model, given), ""])
+
+
+def _entries(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in given.items():
+        yield f"{name} = {_toml(value)}{_meaning(model.model_fields[name])}"
     for name, about in model.model_fields.items():
-        what = f"  # {about.description}" if about.description and not only_given else ""
-        if name in given:
-            yield f"{name} = {_toml(given[name])}{what}"
-        elif not only_given:
-            yield f"# {name} = {_default(about)}{what}"
+        if name not in given and not (name in SAME and "cones" in model.model_fields):
+            if isinstance(about.default, BaseModel):
+                continue
+            yield f"# {name} = {_default(about)}{_meaning(about)}"
+
+
+def _meaning(about: FieldInfo) -> str:
+    return f"  # {about.description}" if about.description else ""
 
 
 def _default(about: FieldInfo) -> str:
-    return "..." if about.default is None or about.is_required() else _toml(about.default)
+    return "..." if about.default is None or about.is_required() or about.default == () else _toml(about.default)
 
 
 def _toml(value: Any) -> str:
     """A value as TOML has it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_toml, value))}]"
-    short = f"{value:g}"
-    return short if float(short) == value else repr(value)
+    return tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()

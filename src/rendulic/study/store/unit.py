@@ -14,7 +14,7 @@ from rendulic.foundation.errors import InvalidInput
 
 __all__ = ["RESULTS", "Unit", "check_order", "key_of"]
 
-RESULTS = 2  # raised with every change of results: those of older versions are then not found again
+RESULTS = 3  # raised with every change of results: those of older versions are then not found again
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Unit:
     Parameters
     ----------
     kind : str
-        Which work, a name in `study.work`.
+        Which work, the name of a `Task`.
     label : str
         For people; not part of the hash.
     inputs : dict

@@ -1,0 +1,50 @@
+"""[[stress_probes]]: stress probes from the states of a set of cones, to compare with its strain probes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from rendulic.foundation.validation import Positive
+from rendulic.loading import directions
+from rendulic.probing.probe import probe
+from rendulic.study.task import How, Parts, at_rest
+from rendulic.study.tasks.measurement import Study
+from rendulic.study.tasks.of_cones import OfCones
+from rendulic.study.values import Step, Steps
+
+__all__ = ["StressProbes"]
+
+SOFTER = 0.2  # share of the directions of strain that stress probes should not go beyond
+
+
+class StressProbes(OfCones):
+    """Stress probes as large as the stresses that answer the strain probes of a set of cones in their softer directions."""
+
+    table: ClassVar[str] = "stress_probes"
+    work: ClassVar[str] = "stress probes"
+    order: ClassVar[int] = 30
+
+    norm: Positive | None = Field(
+        None, description="size of the strain probes that they compare with; the set's if not given"
+    )
+    n_steps: Steps = Field(10_000, description="time steps of each; for grains")
+    step_deg: Step = Field(10.0, le=60, description="angle between the directions of stress")
+
+    def check(self, study: Study) -> None:
+        cones = self.its_cones(study)
+        if self.norm is not None and self.norm not in cones.sizes:
+            raise ValueError(f"{self.what}: norm = {self.norm:g} is not among the sizes of {cones.what}")
+
+    def run(self, needs: Mapping[str, Parts], how: How) -> Parts:
+        answers = np.linalg.norm(needs["cone"]["probes"].d_sigma.sel(norm=self.norm).values, axis=-1)
+        return {
+            "probes": probe(
+                at_rest(needs, self.damping or 0.0), directions.rendulic(self.step_deg),
+                float(np.quantile(answers, SOFTER)), self.n_steps, kind="stress", workers=how.threads,
+                progress=how.progress,
+            )
+        }  # fmt: skip
