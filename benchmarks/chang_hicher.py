@@ -24,11 +24,11 @@ tolerance 1e-13: of q at its peak, which is an event, and of q at 20 % strain.
 
 Section `peer`: SciPy's `solve_ivp` around the same compiled rates. Fixed by hand what it has no notion
 of: the loading planes are kept within a piece, a terminal event ends the piece where one of them changes
-sides, and the kernels' own `settle` finds the planes to go on with. The peak of q and the loss of
+sides, and the kernels' own `find_loading_planes` finds those to go on with. The peak of q and the loss of
 second-order work are events too, as they are in rendulic. The independent variable is the axial strain,
 not arc length. SciPy is spared the set-up of the control, the strains of the planes and the records, all
 of which rendulic's time includes; it pays for calls from Python to the compiled rates, as anybody who
-took it would. `evaluations` of the rates include those that locate events, but not those within `settle`;
+took it would. `evaluations` of the rates include those that locate events, but not those within `find_loading_planes`;
 rendulic's kernel does not count its own. Equal tolerances do not give equal errors: compare those too.
 
 Section `batch`: `ChangHicher.load_many` with samples of k_pR, k_rR and dilatancy. `10 000 tests` is
@@ -57,16 +57,18 @@ from scipy.integrate import solve_ivp
 from stepping import heading, processor, table  # beside this file
 
 import rendulic as rd
-from rendulic.chang_hicher.drive.following import TOLERANCE, Run, control_for, follow_path
+from rendulic.chang_hicher.drive.equations import control_of
+from rendulic.chang_hicher.drive.following import follow_path
+from rendulic.chang_hicher.drive.integration import TOLERANCE, Integration
 from rendulic.chang_hicher.drive.point_curve import point_curve
-from rendulic.chang_hicher.kernels.arrays import REACH, work_for
+from rendulic.chang_hicher.kernels.columns import STATE
+from rendulic.chang_hicher.kernels.events import least_slack
 from rendulic.chang_hicher.kernels.integrate import find_at_yield, remember
-from rendulic.chang_hicher.kernels.rates import VALID, rates, settle
-from rendulic.chang_hicher.kernels.watch import EVENTS, tightest
+from rendulic.chang_hicher.kernels.rates import VALID, find_loading_planes, rates
 from rendulic.tensors.sphere_rules import lebedev
 
 PATH = rd.paths.constant_volume(0.2)
-STATE = {"pressure": 300e3, "void_ratio": 0.9}
+VIRGIN = {"pressure": 300e3, "void_ratio": 0.9}
 REFERENCE = 1e-13
 SEED = 7
 RANGES = {"k_pR": (0.5, 2.0), "k_rR": (0.3, 1.0), "dilatancy": (0.5, 2.0)}
@@ -126,28 +128,25 @@ class Test:
 
     def __call__(self) -> tuple[float, float]:
         """Processor seconds of kernel and of record."""
-        point = self.sand.at(**STATE)
+        point = self.sand.at(**VIRGIN)
         start = time.process_time()
         followed = follow_path(point, PATH, self.tolerance, self.least_records, watches_planes=self.watches_planes)
         middle = time.process_time()
         if self.makes_record:
-            point_curve(point, PATH.name, followed.legs, followed.stopped_by)
+            point_curve(point, PATH.name, followed.phases, followed.stopped_by)
         end = time.process_time()
-        self.logs = followed.legs[-1]
+        self.phase = followed.phases[-1]
         return middle - start, end - middle
 
     @property
     def n_steps(self) -> int:
         """Accepted steps; where a plane changes sides there are two records of one state."""
-        share = np.concatenate([log.rows[:, 12] for log in self.logs])
-        return int(np.count_nonzero(np.diff(share)))
+        return int(np.count_nonzero(np.diff(self.phase.record["parameter"])))
 
     @property
     def q(self) -> tuple[float, float]:
         """At the peak and at the end, Pa."""
-        events = np.concatenate([log.events for log in self.logs])
-        peak = events[events[:, 0] == EVENTS.index("q_peak")][0, 2:8]
-        return deviator(peak), deviator(self.logs[-1].rows[-1])
+        return deviator(self.phase.events("q_peak")["stress"][0]), deviator(self.phase.record["stress"][-1])
 
 
 def deviator(stress: np.ndarray) -> float:
@@ -286,12 +285,12 @@ class SciPyTest:
 
     def __init__(self, sand: rd.ChangHicher, tolerance: float, method: str) -> None:
         self.sand, self.tolerance, self.method = sand, tolerance, method
-        point, strain = sand.at(**STATE), PATH.until.strain * np.array(PATH.strain_rate)
-        run = Run(point, control_for(point, np.zeros((3, 3)), np.eye(3), strain), tolerance, 1.0, {REACH: 0.0})
-        self.control, self.until = run.control, run.until
-        n = len(sand.rule)
-        self.active, self.at_yield = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
-        self.work, self.rate = work_for(n), np.zeros(13)
+        point, strain = sand.at(**VIRGIN), PATH.until.strain * np.array(PATH.strain_rate)
+        control = control_of(point, np.zeros((3, 3)), np.eye(3), strain)
+        own = Integration(point, control, tolerance, ends={"reach": 0.0})
+        self.problem, self.now, self.scratch, self.control = own.problem, own.now, own.scratch, control
+        self.active, self.at_yield = own.now.active, np.zeros(len(sand.rule), dtype=bool)
+        self.rate = np.zeros_like(own.now.y)
         # rendulic's scales: the stress, and the elastic strain of the mean stress
         self.atol = tolerance * np.repeat((0.01 * self.control.stress_scale, self.control.strain_scale), 6)
         self.events: list = [self.slack, self.growth_of_q, self.second_order_work]
@@ -300,14 +299,14 @@ class SciPyTest:
 
     def __call__(self) -> tuple[float]:
         """Processor seconds."""
-        point = self.sand.at(**STATE)
+        point = self.sand.at(**VIRGIN)
         self.material, self.planes, self.memory = point.material, point.model.planes, point.memory
         y, share, q_peak = np.concatenate((point.sigma, point.eps)), 0.0, np.nan
         self.n_steps = self.n_evaluations = 0
         events = [_direction(event, k == 0) for k, event in enumerate(self.events)]
         start = time.process_time()
         self.active[:] = False
-        self.settle(y)
+        self.find_loading(y)
         while share < 1.0:
             piece = solve_ivp(
                 self.rates, (share, 1.0), y, self.method, events=events, rtol=self.tolerance, atol=self.atol
@@ -320,47 +319,51 @@ class SciPyTest:
                 q_peak = deviator(piece.y_events[1][0])
             if share < 1.0:
                 self.evaluate(share, y)
-                remember(self.material, self.active, self.work, self.memory)
-                self.settle(y)
+                remember(self.material, self.active, self.scratch, self.memory)
+                self.find_loading(y)
         taken = time.process_time() - start
         self.q = (q_peak, deviator(y))
         return (taken,)
 
-    def settle(self, y: np.ndarray) -> None:
+    def find_loading(self, y: np.ndarray) -> None:
         """The planes that load from here on."""
         self.evaluate(-1.0, y)
-        find_at_yield(self.work, self.active, self.at_yield)
+        find_at_yield(self.scratch, self.active, self.at_yield)
         arguments = (self.material, self.planes, self.control, y[:6], y[6:], self.memory)
-        if settle(*arguments, self.at_yield, self.active, self.work, self.rate) != VALID:
+        if find_loading_planes(*arguments, self.at_yield, self.active, self.scratch, self.rate) != VALID:
             raise RuntimeError("no consistent loading of the planes")
         self.seen = (-1.0, y)
 
     def evaluate(self, share: float, y: np.ndarray) -> bool:
-        """Rates at a state into `rate` and `work`; the last ones are kept, the events ask for them."""
+        """Rates at a state into `rate` and `scratch`; the last ones are kept, the events ask for them."""
         self.seen, self.n_evaluations = (share, y.copy()), self.n_evaluations + 1
         arguments = (self.material, self.planes, self.control, y[:6], y[6:], self.memory)
-        return rates(*arguments, self.active, self.work, self.rate) == VALID
+        return rates(*arguments, self.active, self.scratch, self.rate) == VALID
 
     def rates(self, share: float, y: np.ndarray) -> np.ndarray:
         """Per share of the path; NaN outside of the admissible states shortens SciPy's step."""
-        return self.rate[:12] / self.rate[12] if self.evaluate(share, y) else np.full(12, np.nan)
+        return (
+            self.rate[: STATE.parameter] / self.rate[STATE.parameter]
+            if self.evaluate(share, y)
+            else np.full(12, np.nan)
+        )
 
-    def look(self, share: float, y: np.ndarray) -> None:
+    def evaluate_once(self, share: float, y: np.ndarray) -> None:
         if self.seen[0] != share or not np.array_equal(self.seen[1], y):
             self.evaluate(share, y)
 
     def slack(self, share: float, y: np.ndarray) -> float:
         """Zero where a plane changes sides."""
-        self.look(share, y)
-        return tightest(self.until, y, self.rate, self.active, self.work, self.control, self.material.formulation)[0]
+        self.evaluate_once(share, y)
+        return least_slack(self.problem, self.now, y, self.rate, self.scratch)[0]
 
     def growth_of_q(self, share: float, y: np.ndarray) -> float:
-        self.look(share, y)
+        self.evaluate_once(share, y)
         return deviator(self.rate)
 
     def second_order_work(self, share: float, y: np.ndarray) -> float:
-        self.look(share, y)
-        return float(self.rate[:6] @ self.rate[6:12])
+        self.evaluate_once(share, y)
+        return float(self.rate[: STATE.strain] @ self.rate[STATE.strain : STATE.parameter])
 
 
 def _direction(event: Callable, is_terminal: bool) -> Callable:
@@ -373,7 +376,7 @@ def _direction(event: Callable, is_terminal: bool) -> Callable:
 def evaluation_time(test: SciPyTest) -> float:
     """Microseconds of one evaluation of the rates, called from Python."""
     test()
-    point = test.sand.at(**STATE)
+    point = test.sand.at(**VIRGIN)
     y = np.concatenate((point.sigma, point.eps))
     taken = []
     for _ in range(5):
@@ -399,7 +402,7 @@ def batch(effort: Effort) -> None:
     for _ in range(effort.n_batches):
         for one in workers:
             cpu, wall = time.process_time(), time.perf_counter()
-            found[one] = rd.ChangHicher.load_many(samples, PATH, **STATE, workers=one)
+            found[one] = rd.ChangHicher.load_many(samples, PATH, **VIRGIN, workers=one)
             cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
             seconds[one].append(wall)
             shares[one].append(cpu / wall)

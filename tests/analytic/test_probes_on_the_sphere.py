@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import rendulic as rd
-from rendulic.chang_hicher.failure_modes import tangent
+from rendulic.chang_hicher import tangent
 from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.increment_sphere import DEVIATORIC_AXES, equal_area
 

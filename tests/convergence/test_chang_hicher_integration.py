@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.chang_hicher import load_many, tangent
-from rendulic.chang_hicher.drive.following import Run, control_for
+from rendulic.chang_hicher.drive.equations import control_of
+from rendulic.chang_hicher.drive.integration import Integration
 from rendulic.tensors.sphere_rules import bazant_oh_37, lebedev
 
 P = 300e3
@@ -56,10 +57,11 @@ def followed(point, path, n_steps, tolerance):
     strain = np.array([1.0, -0.5, -0.5]) if path == "undrained" else np.array([1.0, 0.0, 0.0])
     by_stress = np.diag([0.0, 1.0, 1.0]) if path == "drained" else np.zeros((3, 3))
     by_strain = np.diag([1.0, 0.0, 0.0]) if path == "drained" else np.eye(3)
-    run = Run(own, control_for(own, by_stress, by_strain, 0.008 * strain), tolerance, 1.0 / n_steps)
-    run.settings[2] = 1e9  # the first step, too, is as long as the largest
-    assert run.go() == "target"
-    return own.sigma, sum(len(log.rows) for log in run.logs) - 1, sum(len(log.events) for log in run.logs)
+    control = control_of(own, by_stress, by_strain, 0.008 * strain)
+    # the first step, too, is as long as the largest
+    integration = Integration(own, control, tolerance, 1.0 / n_steps, first_step=1e9)
+    assert integration.to_end() == "target"
+    return own.sigma, len(integration.record) - 1
 
 
 @pytest.mark.parametrize("path", ["undrained", "drained"])
@@ -71,10 +73,10 @@ def test_integrator_is_of_fifth_order(formulation, path):
     """
     point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
     point.load(rd.paths.constant_volume(0.002), tolerance=1e-12)
-    expected, _n, _events = followed(point, path, 1, 1e-14)
+    expected, _n = followed(point, path, 1, 1e-14)
     steps, errors = [], []
     for count in (12, 16, 20, 24):
-        sigma, n, _events = followed(point, path, count, 1e30)
+        sigma, n = followed(point, path, count, 1e30)
         assert abs(n - count) <= 1
         steps.append(1.0 / count)
         errors.append(np.abs(sigma - expected).max() / P)

@@ -68,7 +68,7 @@ class Naive:
         self.share = self.weights * density / (self.weights @ density)  # of the contacts on each plane
         self.own_fabric = sum(w * np.outer(n, n) for w, n in zip(self.share, self.normals, strict=True))
 
-    def look(self, sigma, eps):
+    def local_state(self, sigma, eps):
         """What a stress and a strain mean for the contacts."""
         o = self.own
         here = dict(o)
@@ -113,7 +113,7 @@ class Naive:
         Unknown are stress and strain rates (6 + 6), a multiplier per plane, and the rate of tan(phi_p).
         `control(d_sigma, d_eps)` gives six residuals that vanish for the rates asked for.
         """
-        here = self.look(sigma, eps)
+        here = self.local_state(sigma, eps)
         n = len(self.normals)
         eta, slid, t = here["f_r"] / here["f_n"], self.sliding(here), here["t"]
         f_n, length = here["f_n"], self.own["branch_length"]
@@ -207,12 +207,9 @@ PATHS = {
 
 
 def records(sand, void_ratio, path):
-    """State, rates per axial strain, and loading planes at every record of a path."""
-    point = sand.at(P, void_ratio)
-    logs = follow_path(point, path).driven
-    rows = np.concatenate([log.rows for log in logs])
-    planes = np.concatenate([log.plane_rows for log in logs])
-    return rows, planes, point
+    """What is recorded of the assembly and of the planes along a path, by name."""
+    driven = follow_path(sand.at(P, void_ratio), path).driven
+    return driven.record, driven.plane_record
 
 
 def mandel_to_tensor(vector):
@@ -232,29 +229,31 @@ def test_rates_are_the_definitions(formulation, path, fabric, material):
     followed, control = path
     sand = rd.ChangHicher(formulation=formulation, fabric=fabric, **material)
     naive = naive_of(sand, 0.9)
-    rows, planes, _point = records(sand, 0.9, followed)
-    assert float(rows[:, 0].max()) > 1.1 * P
+    record, planes = records(sand, 0.9, followed)
+    assert float(record["stress"][:, 0].max()) > 1.1 * P
     n_loading = []
-    short = np.flatnonzero(planes[:, :, 2].max(axis=1) < 0.999)
+    short = np.flatnonzero(planes["x"].max(axis=1) < 0.999)
     for k in short[np.linspace(5, len(short) - 1, 10).astype(int)]:
-        sigma, eps = mandel_to_tensor(rows[k, :6]), mandel_to_tensor(rows[k, 6:12])
-        loading = planes[k, :, 8] > 0.5
+        sigma, eps = mandel_to_tensor(record["stress"][k]), mandel_to_tensor(record["strain"][k])
+        loading = planes["is_loading"][k] > 0.5
         d_sigma, d_eps, multiplier = naive.rates(sigma, eps, loading, control)
-        per_strain = rows[k, 13:25] / rows[k, 19]
+        stress_rate, strain_rate = (
+            record[name][k] / record["strain_rate"][k, 0] for name in ("stress_rate", "strain_rate")
+        )
         # rounding times the condition of the system, of up to 1 / (1 - x)^2
-        stress_size, strain_size = np.abs(per_strain[:6]).max(), np.abs(per_strain[6:]).max()
-        assert_allclose(d_sigma, mandel_to_tensor(per_strain[:6]), rtol=1e-9, atol=1e-9 * stress_size)
-        assert_allclose(d_eps, mandel_to_tensor(per_strain[6:]), rtol=1e-9, atol=1e-9 * strain_size)
+        stress_size, strain_size = np.abs(stress_rate).max(), np.abs(strain_rate).max()
+        assert_allclose(d_sigma, mandel_to_tensor(stress_rate), rtol=1e-9, atol=1e-9 * stress_size)
+        assert_allclose(d_eps, mandel_to_tensor(strain_rate), rtol=1e-9, atol=1e-9 * strain_size)
         # a unit strain displaces contacts by l; planes change sides at 1e-9 of the loading measure, over H
-        softness = (1.0 - planes[k, :, 2]) ** 2
+        softness = (1.0 - planes["x"][k]) ** 2
         assert ((multiplier * softness)[loading] > -1e-8 * naive.own["branch_length"]).all()
         n_loading.append(int(loading.sum()))
     assert max(n_loading) > 20
     # the record says of a plane what the definition says
-    here = naive.look(sigma, eps)
-    area = here["f_n"] / planes[k, :, 0]
+    here = naive.local_state(sigma, eps)
+    area = here["f_n"] / planes["sigma"][k]
     assert_allclose(area, area[0], rtol=1e-10)
-    assert_allclose(planes[k, :, 1] * area, here["f_r"], rtol=1e-9, atol=1e-9 * here["f_r"].max())
+    assert_allclose(planes["tau"][k] * area, here["f_r"], rtol=1e-9, atol=1e-9 * here["f_r"].max())
 
 
 @pytest.mark.parametrize("formulation", ["printed", "eq32", "consistent"])
@@ -278,15 +277,16 @@ def test_unloaded_planes_stay_inside_their_surface():
     """
     sand = rd.ChangHicher()
     naive = naive_of(sand, 0.9)
-    rows, planes, _point = records(sand, 0.9, rd.paths.constant_volume(0.06))
-    loading = planes[:, :, 8] > 0.5
+    record, planes = records(sand, 0.9, rd.paths.constant_volume(0.06))
+    loading = planes["is_loading"] > 0.5
     unloaded = np.flatnonzero(loading[5] & ~loading[-1])
     assert len(unloaded) >= 12
-    looks = [naive.look(mandel_to_tensor(row[:6]), mandel_to_tensor(row[6:12])) for row in rows]
+    states = zip(record["stress"], record["strain"], strict=True)
+    found = [naive.local_state(mandel_to_tensor(stress), mandel_to_tensor(strain)) for stress, strain in states]
     for a in unloaded:
         last = np.flatnonzero(loading[:, a])[-1]
-        kept = naive.sliding(looks[last])[a]
-        for here in looks[last + 2 :: 10]:
+        kept = naive.sliding(found[last])[a]
+        for here in found[last + 2 :: 10]:
             carried = here["f_r"][a] / here["f_n"][a]
             assert naive.kappa(kept, here["f_n"], here["t"])[a] > carried
 
@@ -379,7 +379,7 @@ def test_the_definition_knows_its_planes():
     naive = Naive(bazant_oh_37().normals, bazant_oh_37().weights, FABRICS["inclined"], "consistent", 0.9,
                   dict(rd.ChangHicher().parameters) | {"tan_phi_0": 0.65})  # fmt: skip
     sigma = np.array([[4.0, 0.3, 0.1], [0.3, 3.0, -0.2], [0.1, -0.2, 2.5]]) * 1e5
-    force = naive.look(sigma, np.zeros((3, 3)))["force"]
+    force = naive.local_state(sigma, np.zeros((3, 3)))["force"]
     branch = naive.own["branch_length"] * naive.normals
     weber = naive.per_volume(0.9) * np.einsum("a,ai,aj->ij", naive.share, branch, force)
     assert_allclose(weber, sigma, rtol=0, atol=1e-10 * P)

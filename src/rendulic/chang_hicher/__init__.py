@@ -1,7 +1,9 @@
 """The microstructural model of Chang and Hicher: contact planes, undrained sand, local and global instability."""
 
 from rendulic.chang_hicher.drive.batch import load_many
-from rendulic.chang_hicher.failure_modes import (
+from rendulic.chang_hicher.law import plane_law
+from rendulic.chang_hicher.law.parameters import PRESETS, Parameters, material
+from rendulic.chang_hicher.measure.failure_modes import (
     Stability,
     Tangent,
     closed_form_cone,
@@ -9,8 +11,6 @@ from rendulic.chang_hicher.failure_modes import (
     stability,
     tangent,
 )
-from rendulic.chang_hicher.law import plane_law
-from rendulic.chang_hicher.law.parameters import PRESETS, Parameters, material
 from rendulic.chang_hicher.model import ChangHicher
 from rendulic.chang_hicher.point import MaterialPoint
 

@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.chang_hicher.drive.following import TOLERANCE, follow_path
-from rendulic.chang_hicher.kernels.arrays import to_tensor
-from rendulic.chang_hicher.kernels.watch import EVENTS, RECORD_COLUMNS
+from rendulic.chang_hicher.drive.following import follow_path
+from rendulic.chang_hicher.drive.integration import TOLERANCE
+from rendulic.chang_hicher.drive.phase import PhaseRecord
+from rendulic.chang_hicher.drive.virgin import VOID_RATIO, virgin_state
 from rendulic.chang_hicher.law.parameters import Parameters
-from rendulic.chang_hicher.model import ChangHicher
+from rendulic.chang_hicher.law.sand import DEFAULT_FORMULATION, Sand
 from rendulic.foundation.checks import finite_array, whole_number
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.paths import Path
 from rendulic.specimen.curve import COLUMNS, stress_columns
+from rendulic.tensors.mandel import to_tensor
 from rendulic.tensors.sphere_rules import SphereRule
 
 if TYPE_CHECKING:
@@ -35,10 +37,10 @@ def load_many(
     path: Path,
     *,
     pressure: Any = 300e3,
-    void_ratio: Any = 0.9,
+    void_ratio: Any = VOID_RATIO,
     n_records: int = 201,
     tolerance: float = TOLERANCE,
-    formulation: str = "consistent",
+    formulation: str = DEFAULT_FORMULATION,
     rule: SphereRule | None = None,
     fabric: np.ndarray | None = None,
     workers: int | None = None,
@@ -89,7 +91,7 @@ def load_many(
     n = lengths.pop() if lengths else 1
     values = {name: np.broadcast_to(finite_array(name, value, value.shape), n) for name, value in table.items()}
     workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
-    base = ChangHicher(rule=rule, fabric=fabric, formulation=formulation)
+    base = Sand(rule, fabric, formulation, {})
     marks = np.linspace(0.0, 1.0, n_records)
     states = np.full((n, n_records, 12), np.nan)
     peaks = np.full((n, 12), np.nan)
@@ -101,18 +103,17 @@ def load_many(
         own = {name: float(column[sample]) for name, column in values.items()}
         state = {name: own.pop(name) for name in STATE}
         try:
-            point = base.with_parameters(**own).at(state["pressure"], state["void_ratio"])
+            point = virgin_state(base.with_parameters(**own), state["pressure"], state["void_ratio"])
             followed = follow_path(point, path, tolerance, watches_planes=False)
         except InvalidInput as error:
             raise InvalidInput(f"sample {sample}: {error}") from None
         ends[sample] = followed.stopped_by
-        logs = (followed.driven if path.is_driven else followed.ramp) or []
-        rows = np.concatenate([np.empty((0, RECORD_COLUMNS)), *(log.rows for log in logs)])
-        states[sample] = _interpolated(rows, path, marks)
-        events = np.concatenate([np.empty((0, 15)), *(log.events for log in logs)])
-        found = events[events[:, 0] == EVENTS.index("q_peak")]
-        if len(found):
-            peaks[sample] = found[0, 2:14]
+        phase = followed.driven if path.is_driven else followed.ramp
+        if phase is not None:
+            states[sample] = _interpolated(phase, path, marks)
+            peak = phase.events("q_peak")
+            if len(peak["kind"]):
+                peaks[sample] = np.concatenate((peak["stress"][0], peak["strain"][0]))
         with lock:
             finished += 1
             if finished % 50 == 0 or finished == n:
@@ -133,29 +134,33 @@ def load_many(
     return result.assign_coords({"share": ("record", marks, {"long_name": "share of the path"})} | varied)
 
 
-def _interpolated(rows: np.ndarray, path: Path, marks: np.ndarray) -> np.ndarray:
+def _interpolated(phase: PhaseRecord, path: Path, marks: np.ndarray) -> np.ndarray:
     """Stress and strain (m, 12) at shares of a path; NaN beyond its end.
 
     The share is that of the axial strain (of the fastest axis where the axial one rests), or of the way to the
     stresses of a path without driven strains. Cubic between records, with the rates at both. Where a plane
     changes sides there are two records, with the rates before and after.
     """
-    if len(rows) == 0:
+    record = phase.record
+    if len(phase) == 0:
         return np.full((len(marks), 12), np.nan)
-    place = 12
+    state = np.concatenate((record["stress"], record["strain"]), axis=1)
+    place, place_rate = record["parameter"], record["parameter_rate"]
     if path.is_driven:
-        place = 6 + (0 if abs(rows[-1, 6] - rows[0, 6]) > 0.0 else int(np.abs(rows[-1, 6:9] - rows[0, 6:9]).argmax()))
-    scale = np.sign(rows[-1, place] - rows[0, place]) * (path.until.strain if path.is_driven else 1.0) or 1.0
-    share = (rows[:, place] - rows[0, place]) / scale
-    if len(rows) < 2:
-        return np.where(marks[:, None] <= 0.0, rows[0, :12], np.nan)
-    rates = rows[:, 13:25] / rows[:, 13 + place, None] * scale
-    after = np.clip(np.searchsorted(share, marks, side="left"), 1, len(rows) - 1)
+        travelled = np.abs(record["strain"][-1, :3] - record["strain"][0, :3])
+        axis = 0 if travelled[0] > 0.0 else int(travelled.argmax())
+        place, place_rate = record["strain"][:, axis], record["strain_rate"][:, axis]
+    scale = np.sign(place[-1] - place[0]) * (path.until.strain if path.is_driven else 1.0) or 1.0
+    share = (place - place[0]) / scale
+    if len(phase) < 2:
+        return np.where(marks[:, None] <= 0.0, state[0], np.nan)
+    rates = np.concatenate((record["stress_rate"], record["strain_rate"]), axis=1) / place_rate[:, None] * scale
+    after = np.clip(np.searchsorted(share, marks, side="left"), 1, len(phase) - 1)
     before = after - 1
     length = (share[after] - share[before])[:, None]
     t = (marks - share[before])[:, None] / np.where(length > 0.0, length, 1.0)
     values = (
-        (1 + 2 * t) * (1 - t) ** 2 * rows[before, :12] + t * (1 - t) ** 2 * length * rates[before]
-        + t**2 * (3 - 2 * t) * rows[after, :12] - t**2 * (1 - t) * length * rates[after]
+        (1 + 2 * t) * (1 - t) ** 2 * state[before] + t * (1 - t) ** 2 * length * rates[before]
+        + t**2 * (3 - 2 * t) * state[after] - t**2 * (1 - t) * length * rates[after]
     )  # fmt: skip
     return np.where(marks[:, None] <= share[-1] * (1.0 + 1e-9), values, np.nan)

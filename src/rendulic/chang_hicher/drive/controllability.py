@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.chang_hicher.drive.following import TOLERANCE, Run, control_for, standing
+from rendulic.chang_hicher.drive.equations import control_of
+from rendulic.chang_hicher.drive.integration import Integration
+from rendulic.chang_hicher.drive.phase import at_rest
 from rendulic.chang_hicher.drive.point_curve import point_curve
-from rendulic.chang_hicher.kernels.arrays import REACH
+from rendulic.chang_hicher.state import PointState
 from rendulic.foundation.checks import finite_array, positive_number
 from rendulic.foundation.errors import InvalidInput
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rendulic.chang_hicher.point import MaterialPoint
-
 __all__ = ["burst"]
 
 LOAD = 1e-3  # of what the mean stress carries elastically over the norm
 
 
-def burst(point: MaterialPoint, direction, norm: float) -> xr.Dataset:
+def burst(point: PointState, direction, norm: float) -> xr.Dataset:
     """Increase the load along a direction of strain a little, in place; the curve with a verdict.
 
     The strains move along `direction` u only, and the conjugate stress `s = sigma : u` is increased. That is
@@ -53,12 +53,12 @@ def burst(point: MaterialPoint, direction, norm: float) -> xr.Dataset:
     rows = np.zeros((2, 3, 3))
     rows[0, 0], rows[1, 1:] = u, basis[1:]
     start = point.eps[:3].copy()
-    stiffness = control_for(point, rows[0], rows[1], np.zeros(3)).strain_scale
+    stiffness = control_of(point, rows[0], rows[1], np.zeros(3)).strain_scale
     load = LOAD * norm * float(point.sigma[:3].sum()) / 3.0 / stiffness
-    run = Run(point, control_for(point, rows[0], rows[1], np.array([load, 0.0, 0.0])), TOLERANCE, 1.0, {REACH: 0.3})
-    end = run.go()
-    logs = run.logs if any(len(log.rows) for log in run.logs) else [standing(point)]
-    curve = point_curve(point, "burst", [logs], end)
+    control = control_of(point, rows[0], rows[1], np.array([load, 0.0, 0.0]))
+    own = Integration(point, control)
+    end = own.to_end()
+    curve = point_curve(point, "burst", [own.record if len(own.record) else at_rest(point)], end)
     travelled = float(u @ (point.eps[:3] - start)) / norm
     curve.attrs |= {"verdict": "settles" if end == "target" else "fails", "travelled": travelled}
     return curve

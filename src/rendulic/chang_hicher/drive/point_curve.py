@@ -1,19 +1,20 @@
-"""The labelled record of a path followed by a material point: assembly, planes, events."""
+"""The labelled curve of a path followed by a material point: assembly, planes, events."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.chang_hicher.kernels.arrays import Log, to_tensor
-from rendulic.chang_hicher.kernels.watch import EVENTS, PLANE_COLUMNS, RECORD_COLUMNS
+from rendulic.chang_hicher.drive.phase import PhaseRecord, joined
+from rendulic.chang_hicher.kernels.events import EVENTS
+from rendulic.chang_hicher.state import PointState
 from rendulic.specimen.curve import labelled_curve, stress_columns
+from rendulic.tensors.mandel import to_tensor
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from rendulic.chang_hicher.point import MaterialPoint
 
 __all__ = ["point_curve"]
 
@@ -37,8 +38,8 @@ LOCAL = {
 }
 
 
-def point_curve(point: MaterialPoint, path_name: str, legs: list[list[Log]], stopped_by: str) -> xr.Dataset:
-    """Curve, local quantities and events as one dataset; `legs` are controls followed one after the other.
+def point_curve(point: PointState, path_name: str, phases: Sequence[PhaseRecord], stopped_by: str) -> xr.Dataset:
+    """Curve, local quantities and events as one dataset; `phases` are controls followed one after the other.
 
     `w2` and `w2_plane` are per squared rate of the axial strain (of the largest principal strain where
     the axial one rests), hence in Pa: times the square of a strain increment they are the second-order
@@ -47,31 +48,35 @@ def point_curve(point: MaterialPoint, path_name: str, legs: list[list[Log]], sto
     Dimensions: `record`; `plane`, with coordinates `plane_normal`, `plane_weight` and `inclination` to
     axis 1 in degrees; `event`, in the order in which they happened, with the state at each.
     """
-    n = len(point.memory)
-    logs = [log for leg in legs for log in leg]
-    rows = np.concatenate([np.empty((0, RECORD_COLUMNS)), *(log.rows for log in logs)])
-    planes = np.concatenate([np.empty((0, n, PLANE_COLUMNS)), *(log.plane_rows for log in logs)])
-    compliances = np.concatenate([np.empty((0, 6, 6)), *(log.compliances for log in logs)])
-    events = np.concatenate([np.empty((0, 15)), *(log.events for log in logs)])
-    columns = stress_columns(to_tensor(rows[:, :6]), to_tensor(rows[:, 6:12])) | {"void_ratio": rows[:, 28]}
+    whole = joined(phases)
+    record, plane, event = whole.record, whole.plane_record, whole.event
+    columns = stress_columns(to_tensor(record["stress"]), to_tensor(record["strain"]))
+    columns |= {"void_ratio": record["void_ratio"]}
     curve = labelled_curve(path_name, columns, stopped_by=stopped_by, formulation=point.model.formulation)
-    rate = _strain_rate(rows)
-    along = _along(rows, compliances, rate, [sum(len(log.rows) for log in leg) for leg in legs])
-    gamma = np.linalg.norm(planes[:, :, 5:8], axis=2)
-    local = dict(zip(LOCAL, (*planes[:, :, [0, 1, 4]].transpose(2, 0, 1), gamma, planes[:, :, 2],
-                             planes[:, :, 3] / rate[:, None] ** 2, planes[:, :, 9], planes[:, :, 8] > 0.5), strict=True))  # fmt: skip
-    at = stress_columns(to_tensor(events[:, 2:8]), to_tensor(events[:, 8:14]))
+    rate = _strain_rate(record["strain_rate"])
+    along = _along(whole, rate, [len(phase) for phase in phases])
+    local = {
+        "sigma_plane": plane["sigma"],
+        "tau_plane": plane["tau"],
+        "eps_plane": plane["eps"],
+        "gamma_plane": np.linalg.norm(plane["gamma"], axis=2),
+        "x_plane": plane["x"],
+        "w2_plane": plane["w2"] / rate[:, None] ** 2,
+        "w2n_plane": plane["w2_normalised"],
+        "is_loading": plane["is_loading"] > 0.5,
+    }
+    at = stress_columns(to_tensor(event["stress"]), to_tensor(event["strain"]))
     rule = point.model.rule
     return curve.assign(
         {name: ("record", along[name], _labels(*ALONG[name])) for name in ALONG}
         | {name: (("record", "plane"), local[name], _labels(*LOCAL[name])) for name in LOCAL}
         | {f"event_{name}": ("event", at[name], curve[name].attrs) for name in ("eps_1", "eps_v", "p", "q", "eta")}
         | {
-            "event_kind": ("event", np.array([EVENTS[int(kind)] for kind in events[:, 0]], dtype=str)),
-            "event_plane": ("event", events[:, 1].astype(int), {"long_name": "plane, -1 for the assembly"}),
+            "event_kind": ("event", np.array([EVENTS[int(kind)] for kind in event["kind"]], dtype=str)),
+            "event_plane": ("event", event["plane"].astype(int), {"long_name": "plane, -1 for the assembly"}),
         }
     ).assign_coords(
-        plane=("plane", np.arange(n)),
+        plane=("plane", np.arange(len(point.memory))),
         plane_normal=(("plane", "component"), rule.normals),
         plane_weight=("plane", point.model.planes.weight3 / 3.0, {"long_name": "weight, of sum 1"}),
         inclination=("plane", rule.inclination, _labels("angle of the plane's normal to axis 1", "degree")),
@@ -83,16 +88,17 @@ def _labels(long_name: str, units: str) -> dict[str, str]:
     return {"long_name": long_name, "units": units}
 
 
-def _strain_rate(rows: np.ndarray) -> np.ndarray:
+def _strain_rate(strain_rate: np.ndarray) -> np.ndarray:
     """Rate of axial strain per arc length, or of the largest principal strain where the axial one rests."""
-    rates = np.abs(rows[:, 19:22])
+    rates = np.abs(strain_rate[:, :3])
     largest = rates.max(axis=1, initial=0.0)
     return np.where(rates[:, 0] > 1e-6 * largest, rates[:, 0], largest)
 
 
-def _along(rows: np.ndarray, compliances: np.ndarray, rate: np.ndarray, lengths: list[int]) -> dict[str, np.ndarray]:
+def _along(whole: PhaseRecord, rate: np.ndarray, lengths: list[int]) -> dict[str, np.ndarray]:
     """The quantities of `ALONG`."""
-    d_sigma, d_eps = rows[:, 13:19], rows[:, 19:25]
+    record, compliances = whole.record, whole.compliance
+    d_sigma, d_eps = record["stress_rate"], record["strain_rate"]
     w2 = (d_sigma * d_eps).sum(axis=1)
     known = np.isfinite(compliances).all(axis=(1, 2))
     known[known] = np.abs(np.linalg.det(compliances[known])) > 0.0
@@ -103,14 +109,14 @@ def _along(rows: np.ndarray, compliances: np.ndarray, rate: np.ndarray, lengths:
     hill[known] = np.linalg.eigvalsh(symmetric[known])[:, 0]
     determinant = np.full(len(known), np.nan)
     determinant[known] = np.linalg.det(stiffness[known])
-    # the determinants of two legs are of two controlled problems
-    control = [leg / leg[:1] for leg in np.split(rows[:, 26], np.cumsum(lengths)[:-1])]
+    # the determinants of two phases are of two controlled problems
+    determinants = np.split(record["determinant"], np.cumsum(lengths)[:-1])
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
             "w2": w2 / rate**2,
             "w2_normalised": w2 / (np.linalg.norm(d_sigma, axis=1) * np.linalg.norm(d_eps, axis=1)),
-            "tan_phi_p": rows[:, 27],
+            "tan_phi_p": record["tan_phi_p"],
             "hill": hill,
             "det_tangent": determinant / determinant[:1],
-            "det_control": np.concatenate([np.empty(0), *control]),
+            "det_control": np.concatenate([own / own[:1] for own in determinants]),
         }

@@ -1,7 +1,6 @@
 """What the kernels of the model take: numbers and arrays, grouped. All float64 unless said otherwise.
 
-Stress and strain are Mandel vectors (6,): 11, 22, 33, then 23, 13, 12 times sqrt(2), so that the
-product of two is the tensors' double contraction.
+The material and the planes come from `law`: `MaterialConstants` and `Planes`. Stress and strain are Mandel vectors.
 """
 
 from __future__ import annotations
@@ -10,62 +9,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Control", "Log", "Material", "Planes", "Step", "Work", "to_mandel", "to_tensor", "work_for"]
-
-ROOT2 = float(np.sqrt(2.0))
-PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-
-# columns of `Work.plane`
-SIGMA, TAU, MODULUS, X, HARDENING, SLOPE, BETA, SOFTENING, MULTIPLIER, W2, EXCESS, KAPPA, W2_NORMALISED = range(13)
-N_COLUMNS = 13
-# entries of `Work.scalar`
-STIFFNESS, TAN_PEAK, BY_PRESSURE, BY_VOID_RATIO, DENSITY, VOID_RATIO, DETERMINANT = range(7)
-# what ends a path: stress ratio and the side from which it is reached (0: none), drop of q (0: none), q at the start,
-# largest change of q so far, bound on strain (0: none), axis it is of (-1: any), strain at the start, least plane stress
-UNTIL_ETA, ETA_SIDE, DROP, Q_START, LARGEST_CHANGE, REACH, REACH_AXIS, EPS_START, FLOOR, N_UNTIL = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    10,
-    11,
+from rendulic.chang_hicher.kernels.columns import (
+    EVENT_COLUMNS,
+    PLANE_COLUMNS,
+    PLANE_RECORD_COLUMNS,
+    RECORD_COLUMNS,
+    SHARED_ENTRIES,
+    width,
 )
-# formulations, in the order of `plane_law.FORMULATIONS`
-PRINTED, EQ32, CONSISTENT = range(3)
+from rendulic.chang_hicher.law.parameters import MaterialConstants
+from rendulic.chang_hicher.law.plane_law import FORMULATIONS
+from rendulic.chang_hicher.law.planes import Planes
 
+__all__ = [
+    "CONSISTENT", "EQ32", "LARGEST_CHANGE", "NEXT_STEP", "N_TRIED", "PRINTED", "Control", "Ends", "PathState",
+    "Problem", "Records", "Scratch", "Settings", "Trial", "new_path_state", "new_records", "new_scratch",
+]  # fmt: skip
 
-class Material(NamedTuple):
-    """The parameters as numbers; see `parameters.Parameters`."""
-
-    k_n0: float
-    f_ref: float
-    exponent: float
-    k_rR: float
-    k_pR: float
-    dilatancy: float
-    tan_phi_mu: float
-    tan_phi_0: float
-    e_ref: float
-    critical_slope: float
-    p_ref: float
-    interlocking: float
-    branch_length: float
-    formulation: int
-    void_ratio_0: float  # at zero strain
-
-
-class Planes(NamedTuple):
-    """The contact planes and the static hypothesis on them."""
-
-    normal: np.ndarray  # (n, 3)
-    branch: np.ndarray  # (n, 3) m = F^-1 n / 3: the traction of a plane is sigma . m
-    weight3: np.ndarray  # (n,) three times the weights
-    elastic: np.ndarray  # (n, 6, 6) compliance of a plane of unit normal stiffness, weighted
-    normal_mandel: np.ndarray  # (n, 6) of sym(m x n)
+# numbers of the formulations
+PRINTED, EQ32, CONSISTENT = (FORMULATIONS.index(name) for name in ("printed", "eq32", "consistent"))
+# entries of `PathState.cursor`: arc length of the next step (0 at the start), steps tried, largest change of q
+NEXT_STEP, N_TRIED, LARGEST_CHANGE = range(3)
 
 
 class Control(NamedTuple):
@@ -79,22 +43,63 @@ class Control(NamedTuple):
     strain_scale: float
 
 
-class Work(NamedTuple):
-    """Room for the kernels, and what they found at the last look."""
+class Ends(NamedTuple):
+    """What ends a path before its parameter is 1."""
 
-    plane: np.ndarray  # (n, N_COLUMNS)
+    q_start: float  # q where the path starts
+    eps_start: tuple[float, float, float]  # and the principal strains
+    floor: float  # normal stress of a plane below which it carries nothing
+    reach: float  # largest change of a principal strain; 0: no bound
+    reach_axis: int = -1  # the axis that this bound is of; -1: any
+    eta: float = 0.0  # stress ratio, and the side from which it is reached, 1 or -1; 0: none
+    eta_side: float = 0.0
+    drop: float = 0.0  # by this share of its largest change q falls back from a peak; 0: peaks are passed
+
+
+class Problem(NamedTuple):
+    """What is asked of a point; nothing of it changes along the path."""
+
+    material: MaterialConstants
+    planes: Planes
+    control: Control
+    ends: Ends
+
+
+class Settings(NamedTuple):
+    """How the integration goes on."""
+
+    tolerance: float  # error per step, relative to the stress
+    largest_step: float  # of the path's parameter
+    first_step: float  # of arc length
+    watches_planes: bool  # whether events of single planes are noted
+
+
+class PathState(NamedTuple):
+    """What moves on along a path, in place."""
+
+    y: np.ndarray  # (13,) see `columns.STATE_ENTRIES`
+    plane_strain: np.ndarray  # (n, 4) normal and shear strains of the planes
+    memory: np.ndarray  # (n,) hardening of the planes
+    active: np.ndarray  # (n,) bool, planes that load
+    cursor: np.ndarray  # (3,) where to go on, see above
+
+
+class Scratch(NamedTuple):
+    """Room for the kernels, and what they found at the last state."""
+
+    plane: np.ndarray  # (n, ...) see `columns.PLANE_COLUMNS`
     shear: np.ndarray  # (n, 3) tau
     flow: np.ndarray  # (n, 3) direction of plastic shear
     local_rate: np.ndarray  # (n, 4) of normal strain and of shear strain
     compliance: np.ndarray  # (6, 6)
     matrix: np.ndarray  # (6, 6)
-    scalar: np.ndarray  # (7,)
+    shared: np.ndarray  # (...,) see `columns.SHARED_ENTRIES`
     gather: np.ndarray  # (2, 6)
     shear_mandel: np.ndarray  # (n, 6)
 
 
-class Step(NamedTuple):
-    """Room for one step of the integration."""
+class Trial(NamedTuple):
+    """A step that is tried: its stages and its end."""
 
     k: np.ndarray  # (7, 13) rates at the stages
     y: np.ndarray  # (13,) state at the end
@@ -102,33 +107,42 @@ class Step(NamedTuple):
     values: np.ndarray  # (2 + 2 n,) monitors
 
 
-class Log(NamedTuple):
-    """Room for what is recorded on the way; see `integrate.record` and `integrate.note` for the columns."""
+class Records(NamedTuple):
+    """Room for what is recorded on the way."""
 
-    rows: np.ndarray  # (m, RECORD_COLUMNS)
-    plane_rows: np.ndarray  # (m, n, PLANE_COLUMNS)
+    rows: np.ndarray  # (m, ...) see `columns.RECORD_COLUMNS`
+    plane_rows: np.ndarray  # (m, n, ...) see `columns.PLANE_RECORD_COLUMNS`
     compliances: np.ndarray  # (m, 6, 6)
-    events: np.ndarray  # (k, 15) kind, plane, state
+    events: np.ndarray  # (k, ...) see `columns.EVENT_COLUMNS`
     counts: np.ndarray  # (2,) int64, records and events so far
 
+    def filled(self) -> Records:
+        """Without the room that is left; views."""
+        n_rows, n_events = self.counts
+        return Records(
+            self.rows[:n_rows], self.plane_rows[:n_rows], self.compliances[:n_rows], self.events[:n_events], self.counts
+        )
 
-def work_for(n_planes: int) -> Work:
+
+def new_scratch(n_planes: int) -> Scratch:
     """Empty room for this many planes."""
-    return Work(
-        np.zeros((n_planes, N_COLUMNS)), np.zeros((n_planes, 3)), np.zeros((n_planes, 3)), np.zeros((n_planes, 4)),
-        np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(7), np.zeros((2, 6)), np.zeros((n_planes, 6)),
+    return Scratch(
+        np.zeros((n_planes, width(PLANE_COLUMNS))), np.zeros((n_planes, 3)), np.zeros((n_planes, 3)),
+        np.zeros((n_planes, 4)), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(width(SHARED_ENTRIES)), np.zeros((2, 6)),
+        np.zeros((n_planes, 6)),
     )  # fmt: skip
 
 
-def to_mandel(tensor: np.ndarray) -> np.ndarray:
-    """Mandel vector (..., 6) of symmetric tensors (..., 3, 3)."""
-    return np.stack([tensor[..., i, j] * (1.0 if i == j else ROOT2) for i, j in PAIRS], axis=-1)
+def new_records(n_rows: int, n_planes: int, n_events: int) -> Records:
+    """Room for this many records and events."""
+    return Records(
+        np.empty((n_rows, width(RECORD_COLUMNS))), np.empty((n_rows, n_planes, width(PLANE_RECORD_COLUMNS))),
+        np.empty((n_rows, 6, 6)), np.empty((n_events, width(EVENT_COLUMNS))), np.zeros(2, dtype=np.int64),
+    )  # fmt: skip
 
 
-def to_tensor(vector: np.ndarray) -> np.ndarray:
-    """Symmetric tensors (..., 3, 3) of Mandel vectors (..., 6)."""
-    vector = np.asarray(vector)
-    tensor = np.empty((*vector.shape[:-1], 3, 3))
-    for k, (i, j) in enumerate(PAIRS):
-        tensor[..., i, j] = tensor[..., j, i] = vector[..., k] / (1.0 if i == j else ROOT2)
-    return tensor
+def new_path_state(sigma: np.ndarray, eps: np.ndarray, plane_strain: np.ndarray, memory: np.ndarray) -> PathState:
+    """The beginning of a path; strains and memory of the planes are those of the point itself."""
+    return PathState(
+        np.concatenate((sigma, eps, [0.0])), plane_strain, memory, np.zeros(len(memory), dtype=bool), np.zeros(3)
+    )

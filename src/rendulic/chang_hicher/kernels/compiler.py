@@ -19,9 +19,7 @@ __all__ = ["jit", "jit_into_caller"]
 OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 
 _here = Path(__file__).parent
-_sources = sorted(
-    [*_here.glob("*.py"), _here.parent / "law" / "plane_law.py", _here.parent / "law" / "critical_state.py"]
-)
+_sources = sorted([*_here.glob("*.py"), *(_here.parent / "law").glob("*.py")])
 DIGEST = hashlib.sha256(b"".join(source.read_bytes() for source in _sources)).hexdigest()[:12]
 
 

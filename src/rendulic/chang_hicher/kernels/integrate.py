@@ -13,20 +13,10 @@ from math import sqrt
 
 import numpy as np
 
-from rendulic.chang_hicher.kernels.arrays import (
-    CONSISTENT,
-    EXCESS,
-    KAPPA,
-    LARGEST_CHANGE,
-    MODULUS,
-    Q_START,
-    SIGMA,
-    TAN_PEAK,
-    Step,
-)
+from rendulic.chang_hicher.kernels.arrays import CONSISTENT, LARGEST_CHANGE, N_TRIED, NEXT_STEP, Trial
+from rendulic.chang_hicher.kernels.columns import PLANE, SHARED, STATE
 from rendulic.chang_hicher.kernels.compiler import jit, jit_into_caller
-from rendulic.chang_hicher.kernels.rates import VALID, rates, settle, sliding
-from rendulic.chang_hicher.kernels.watch import (
+from rendulic.chang_hicher.kernels.events import (
     AMBIGUOUS,
     FULL,
     PLANE_RELOADS,
@@ -35,20 +25,22 @@ from rendulic.chang_hicher.kernels.watch import (
     TARGET,
     TOLERATED,
     UNCONTROLLED,
+    add_event,
+    add_events,
+    add_record,
     deviator,
     end_of,
+    event_of,
     have_changed,
-    kind_of,
+    least_slack,
     monitors,
-    note,
-    note_changes,
-    record,
     slack_of,
-    tightest,
 )
+from rendulic.chang_hicher.kernels.rates import VALID, find_loading_planes, rates, sliding
 
 __all__ = ["find_at_yield", "follow", "remember"]
 
+N_STATE = STATE.parameter + 1  # entries of a state
 # what a root is sought of: a monitor by its index, the end, or OF_SLACK - item; floats: one compilation for all
 OF_END, OF_SLACK = -1.0, -2.0
 
@@ -71,57 +63,66 @@ ERRORS = np.array(DIFFERENCE)
 
 
 @jit
-def step(material, planes, control, y, h, memory, active, work, to):
-    """One step of length `h` from `y`, whose rates are `to.k[0]`; returns the error, negative if inadmissible.
+def rates_at(problem, y, now, scratch, out):
+    """`rates` of a state `y`, with memory and loading planes as they are now."""
+    return rates(
+        problem.material, problem.planes, problem.control, y[: STATE.strain], y[STATE.strain : STATE.parameter],
+        now.memory, now.active, scratch, out,
+    )  # fmt: skip
+
+
+@jit
+def step(problem, now, h, scratch, to):
+    """One step of length `h` from `now`, whose rates are `to.k[0]`; returns the error, negative if inadmissible.
 
     `to` gets the state and the rates at the end, and the strains that the planes gained but for the
     share of the first stage.
     """
-    n = active.shape[0]
+    n = now.active.shape[0]
     k, y1, local = to.k, to.y, to.local
     for a in range(n):
         for i in range(4):
             local[a, i] = 0.0
     for stage in range(1, 7):
-        for i in range(13):
+        for i in range(N_STATE):
             value = 0.0
             for j in range(stage):
                 value += TABLEAU[stage, j] * k[j, i]
-            y1[i] = y[i] + h * value
-        if rates(material, planes, control, y1[:6], y1[6:12], memory, active, work, k[stage]) != VALID:
+            y1[i] = now.y[i] + h * value
+        if rates_at(problem, y1, now, scratch, k[stage]) != VALID:
             return -1.0
         weight = h * WEIGHTS[stage]
         if weight != 0.0:
             for a in range(n):
                 for i in range(4):
-                    local[a, i] += weight * work.local_rate[a, i]
+                    local[a, i] += weight * scratch.local_rate[a, i]
     stress = 0.0
-    for i in range(6):
+    for i in range(STATE.strain):
         stress += y1[i] * y1[i]
     stress = sqrt(stress)
     worst = 0.0
-    for i in range(12):
+    for i in range(STATE.parameter):
         error = 0.0
         for j in range(7):
             error += ERRORS[j] * k[j, i]
-        worst = max(worst, abs(h * error) / (stress if i < 6 else control.strain_scale))
+        worst = max(worst, abs(h * error) / (stress if i < STATE.strain else problem.control.strain_scale))
     return worst
 
 
 @jit
-def value_of(which, until, control, active, work, trial):
+def value_of(which, problem, now, scratch, trial):
     """What a root is sought of at the end of a trial step: a monitor, what is left of the path, or a slack."""
     if which == OF_END:
-        return 1.0 - trial.y[12]
+        return 1.0 - trial.y[STATE.parameter]
     if which < OF_END:
-        return slack_of(int(OF_SLACK - which), until, trial.y, trial.k[6], active, work, control)
-    monitors(trial.y, trial.k[6], work, trial.values)
+        return slack_of(int(OF_SLACK - which), problem, now, trial.y, trial.k[6], scratch)
+    monitors(trial.y, trial.k[6], scratch, trial.values)
     return trial.values[int(which)]
 
 
 @jit
-def root(which, material, planes, control, until, y, h, memory, active, work, trial, f_low, f_high, tolerance):
-    """The length of a step of at most `h` from `y` at whose end the value is zero; the trial is left there.
+def root(which, problem, now, h, scratch, trial, f_low, f_high, tolerance):
+    """The length of a step of at most `h` from `now` at whose end the value is zero; the trial is left there.
 
     Illinois' variant of the false position; a step that is not admissible counts as beyond.
     """
@@ -130,10 +131,10 @@ def root(which, material, planes, control, until, y, h, memory, active, work, tr
         length = (low * f_high - high * f_low) / (f_high - f_low)
         if not low < length < high:
             length = 0.5 * (low + high)
-        if step(material, planes, control, y, length, memory, active, work, trial) < 0.0:
+        if step(problem, now, length, scratch, trial) < 0.0:
             f = -abs(f_low) if f_low > 0.0 else abs(f_low)
         else:
-            f = value_of(which, until, control, active, work, trial)
+            f = value_of(which, problem, now, scratch, trial)
         if abs(f) <= tolerance:
             return length
         if high - low < 1e-15 * h:
@@ -149,17 +150,17 @@ def root(which, material, planes, control, until, y, h, memory, active, work, tr
                 f_low *= 0.5
             side = 1.0
     # a jump, not a root: stay before it
-    step(material, planes, control, y, low, memory, active, work, trial)
+    step(problem, now, low, scratch, trial)
     return low
 
 
 @jit_into_caller
-def locate_events(material, planes, control, until, y, h, memory, active, work, trial, before, after, log):
-    """Note where in an accepted step the monitors that changed sign were zero, earliest first."""
-    n, size = active.shape[0], before.shape[0]
+def locate_events(problem, now, h, scratch, trial, before, after, records):
+    """Add where in an accepted step the monitors that changed sign were zero, earliest first."""
+    n, size = now.active.shape[0], before.shape[0]
     pending = np.zeros(size, dtype=np.bool_)
     for m in range(size):
-        pending[m] = (before[m] > 0.0) != (after[m] > 0.0) and kind_of(m, n, before[m] > 0.0) >= 0
+        pending[m] = (before[m] > 0.0) != (after[m] > 0.0) and event_of(m, n, before[m] > 0.0) >= 0
     while True:
         first, earliest = -1, 2.0
         for m in range(size):
@@ -168,160 +169,162 @@ def locate_events(material, planes, control, until, y, h, memory, active, work, 
         if first < 0:
             return
         small = 1e-14 * max(abs(before[first]), abs(after[first]))
-        root(float(first), material, planes, control, until, y, h, memory, active, work, trial, before[first], after[first],
-             small)  # fmt: skip
+        root(float(first), problem, now, h, scratch, trial, before[first], after[first], small)
         for m in range(size):
             # what vanishes with it is the same event: planes that a symmetry maps onto each other
             if m == first or (pending[m] and abs(trial.values[m]) <= 1e-8 * max(abs(before[m]), abs(after[m]))):
                 pending[m] = False
-                note(log, kind_of(m, n, before[m] > 0.0), (m - 2) % n if m >= 2 else -1, trial.y)
+                add_event(records, event_of(m, n, before[m] > 0.0), (m - 2) % n if m >= 2 else -1, trial.y)
 
 
 @jit
-def remember(material, active, work, memory):
+def remember(material, active, scratch, memory):
     """Store on loading planes what the present stress has mobilised."""
     for a in range(active.shape[0]):
         if active[a]:
-            row = work.plane[a]
+            row = scratch.plane[a]
             if material.formulation == CONSISTENT:
-                memory[a] = sliding(row[KAPPA], row[SIGMA], material.k_pR * row[MODULUS], work.scalar[TAN_PEAK])
+                tan_peak = scratch.shared[SHARED.tan_peak]
+                memory[a] = sliding(row[PLANE.kappa], row[PLANE.sigma], material.k_pR * row[PLANE.modulus], tan_peak)
             else:
-                memory[a] = row[KAPPA]
+                memory[a] = row[PLANE.kappa]
 
 
 @jit
-def find_at_yield(work, active, at_yield):
+def find_at_yield(scratch, active, at_yield):
     """Planes whose stress lies on their surface."""
     for a in range(active.shape[0]):
-        at_yield[a] = active[a] or work.plane[a, EXCESS] >= -TOLERATED
+        at_yield[a] = active[a] or scratch.plane[a, PLANE.excess] >= -TOLERATED
+
+
+@jit
+def find_loading(problem, now, at_yield, scratch, rate):
+    """`find_loading_planes` at the present state."""
+    return find_loading_planes(
+        problem.material, problem.planes, problem.control, now.y[: STATE.strain],
+        now.y[STATE.strain : STATE.parameter], now.memory, at_yield, now.active, scratch, rate,
+    )  # fmt: skip
 
 
 @jit_into_caller
-def start(material, planes, control, y, memory, active, at_yield, work, rate):
+def start(problem, now, at_yield, scratch, rate):
     """Loading planes and rates at the start of a path."""
-    for a in range(active.shape[0]):
-        active[a] = False
-    status = rates(material, planes, control, y[:6], y[6:12], memory, active, work, rate)
-    if status != VALID:
+    for a in range(now.active.shape[0]):
+        now.active[a] = False
+    if rates_at(problem, now.y, now, scratch, rate) != VALID:
         return AMBIGUOUS
-    find_at_yield(work, active, at_yield)
-    if settle(material, planes, control, y[:6], y[6:12], memory, at_yield, active, work, rate) != VALID:
+    find_at_yield(scratch, now.active, at_yield)
+    if find_loading(problem, now, at_yield, scratch, rate) != VALID:
         return AMBIGUOUS
     return FULL
 
 
 @jit
-def follow(material, planes, control, until, settings, y, strains, memory, active, cursor, work, log):
-    """Integrate from `y` to parameter 1 or to what stops the path, in place; returns why it stopped.
+def follow(problem, settings, now, scratch, records):
+    """Integrate to parameter 1 or to what stops the path, in place; returns why it stopped.
 
     Parameters
     ----------
-    until : (N_UNTIL,) array
-        What ends the path, see `arrays`.
-    settings : (4,) array
-        Error tolerated per step, largest step of the parameter, first step, whether to watch the planes.
-    y : (13,) array
-        Stress, strain, parameter.
-    strains : (n, 4) array
-        Normal and shear strains of the planes.
-    memory : (n,) array
-        Hardening of the planes.
-    active : (n,) bool array
-        Planes that load.
-    cursor : (2,) array
-        Step to go on with, 0 at the start of a path; steps tried so far.
-    log : Log
+    problem : Problem
+        Material, planes, control, and what ends the path.
+    settings : Settings
+        Tolerance and steps.
+    now : PathState
+        Where the path starts, or where the last call left it.
+    scratch : Scratch
+        Room.
+    records : Records
         Room for records and events; when it is full, so is what is returned, and a second call goes on.
     """
+    y, active, cursor = now.y, now.active, now.cursor
     n = active.shape[0]
-    n_watched = 2 + 2 * n if settings[3] > 0.0 else 2
-    main, trial = scratch(n, n_watched), scratch(n, n_watched)
+    n_watched = 2 + 2 * n if settings.watches_planes else 2
+    main, trial = new_trial(n, n_watched), new_trial(n, n_watched)
     k = main.k
     before, after = np.zeros(n_watched), np.zeros(n_watched)
     at_yield, was_active = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
-    tolerance, largest = settings[0], settings[1]
-    if cursor[0] == 0.0:
-        status = start(material, planes, control, y, memory, active, at_yield, work, k[0])
+    tolerance, largest = settings.tolerance, settings.largest_step
+    if cursor[NEXT_STEP] == 0.0:
+        status = start(problem, now, at_yield, scratch, k[0])
         if status != FULL:
             return status
-        record(y, k[0], strains, active, work, log)
-        cursor[0] = settings[2]
+        add_record(now, k[0], scratch, records)
+        cursor[NEXT_STEP] = settings.first_step
     else:
-        rates(material, planes, control, y[:6], y[6:12], memory, active, work, k[0])
-    if k[0, 12] <= 0.0:
+        rates_at(problem, y, now, scratch, k[0])
+    if k[0, STATE.parameter] <= 0.0:
         return UNCONTROLLED
-    monitors(y, k[0], work, before)
-    h = cursor[0]
+    monitors(y, k[0], scratch, before)
+    h = cursor[NEXT_STEP]
     stalls = 0
     first_local = np.zeros((n, 4))
-    copy_rows(first_local, work.local_rate)
+    copy_rows(first_local, scratch.local_rate)
     while True:
-        if log.counts[0] >= log.rows.shape[0] - 1 or log.counts[1] > log.events.shape[0] - 6 * n - 6:
-            cursor[0] = h
+        if records.counts[0] >= records.rows.shape[0] - 1 or records.counts[1] > records.events.shape[0] - 6 * n - 6:
+            cursor[NEXT_STEP] = h
             return FULL
-        cursor[1] += 1.0
-        if cursor[1] > MOST_STEPS:
+        cursor[N_TRIED] += 1.0
+        if cursor[N_TRIED] > MOST_STEPS:
             return STUCK
-        length = min(h, largest / k[0, 12])
-        error = step(material, planes, control, y, length, memory, active, work, main)
+        length = min(h, largest / k[0, STATE.parameter])
+        error = step(problem, now, length, scratch, main)
         if error < 0.0 or error > tolerance:
             h = 0.25 * length if error < 0.0 else length * max(0.2, 0.9 * (tolerance / error) ** 0.2)
             if h < 1e-13:
                 return STUCK
             continue
         grown = length * min(5.0, 0.9 * (tolerance / max(error, 1e-30)) ** 0.2)
-        lands = main.y[12] >= 1.0
+        lands = main.y[STATE.parameter] >= 1.0
         if lands:
-            length = root(OF_END, material, planes, control, until, y, length, memory, active, work, main,
-                          1.0 - y[12], 1.0 - main.y[12], 3e-16)  # fmt: skip
-        left, item = tightest(until, main.y, k[6], active, work, control, material.formulation)
+            left, beyond = 1.0 - y[STATE.parameter], 1.0 - main.y[STATE.parameter]
+            length = root(OF_END, problem, now, length, scratch, main, left, beyond, 3e-16)
+        left, item = least_slack(problem, now, main.y, k[6], scratch)
         shortened, end = left < 0.0, FULL
         if shortened:
             lands = False
-            # to the root of the tightest item's own slack; then another one may be the tightest
+            # to the root of this item's own slack; then another one may be the least
             for _ in range(MOST_STALLS):
                 if left >= -0.01 * TOLERATED:
                     break
-                rates(material, planes, control, y[:6], y[6:12], memory, active, work, k[0])
-                room = max(slack_of(item, until, y, k[0], active, work, control), 0.1 * TOLERATED)
-                length = root(OF_SLACK - item, material, planes, control, until, y, length, memory, active, work, main,
-                              room, left, 0.01 * TOLERATED)  # fmt: skip
+                rates_at(problem, y, now, scratch, k[0])
+                room = max(slack_of(item, problem, now, y, k[0], scratch), 0.1 * TOLERATED)
+                length = root(OF_SLACK - item, problem, now, length, scratch, main, room, left, 0.01 * TOLERATED)
                 end = end_of(item)
-                left, item = tightest(until, main.y, k[6], active, work, control, material.formulation)
-        monitors(main.y, k[6], work, after)
+                left, item = least_slack(problem, now, main.y, k[6], scratch)
+        monitors(main.y, k[6], scratch, after)
         if have_changed(before, after):
             copy(trial.k[0], k[0])
-            locate_events(material, planes, control, until, y, length, memory, active, work, trial, before, after, log)
-            rates(material, planes, control, main.y[:6], main.y[6:12], memory, active, work, k[6])
+            locate_events(problem, now, length, scratch, trial, before, after, records)
+            rates_at(problem, main.y, now, scratch, k[6])
         # accept; `step` leaves the share of the first stage in the planes' strains to its caller
         for a in range(n):
             for i in range(4):
-                strains[a, i] += main.local[a, i] + length * WEIGHTS[0] * first_local[a, i]
+                now.plane_strain[a, i] += main.local[a, i] + length * WEIGHTS[0] * first_local[a, i]
         copy(y, main.y)
         copy(k[0], k[6])
         if lands:
-            y[12] = 1.0
-        remember(material, active, work, memory)
-        until[LARGEST_CHANGE] = max(until[LARGEST_CHANGE], abs(deviator(y) - until[Q_START]))
+            y[STATE.parameter] = 1.0
+        remember(problem.material, active, scratch, now.memory)
+        cursor[LARGEST_CHANGE] = max(cursor[LARGEST_CHANGE], abs(deviator(y) - problem.ends.q_start))
         h = grown
         status = VALID
         if shortened and end == FULL:
             # on record twice: with the rates before, and those after
-            record(y, k[0], strains, active, work, log)
+            add_record(now, k[0], scratch, records)
             copy(was_active, active)
-            find_at_yield(work, active, at_yield)
-            status = settle(material, planes, control, y[:6], y[6:12], memory, at_yield, active, work, k[0])
+            find_at_yield(scratch, active, at_yield)
+            status = find_loading(problem, now, at_yield, scratch, k[0])
             if status == VALID:
                 for a in range(n):
                     if was_active[a] != active[a] and n_watched > 2:
-                        note(log, PLANE_UNLOADS if was_active[a] else PLANE_RELOADS, a, y)
+                        add_event(records, PLANE_UNLOADS if was_active[a] else PLANE_RELOADS, a, y)
                 copy(before, after)
-                monitors(y, k[0], work, after)
-                note_changes(log, before, after, y, n)
+                monitors(y, k[0], scratch, after)
+                add_events(records, before, after, y, n)
             h = min(h, 4.0 * length + 1e-6)
         copy(before, after)
-        copy_rows(first_local, work.local_rate)
-        record(y, k[0], strains, active, work, log)
+        copy_rows(first_local, scratch.local_rate)
+        add_record(now, k[0], scratch, records)
         if lands:
             return TARGET
         if shortened and end != FULL:
@@ -331,7 +334,7 @@ def follow(material, planes, control, until, settings, y, strains, memory, activ
             return AMBIGUOUS
         if status != VALID:
             return AMBIGUOUS
-        if k[0, 12] <= 0.0:
+        if k[0, STATE.parameter] <= 0.0:
             return UNCONTROLLED
 
 
@@ -351,6 +354,6 @@ def copy_rows(to, values):
 
 
 @jit
-def scratch(n, n_watched):
+def new_trial(n, n_watched):
     """Room for one step."""
-    return Step(np.zeros((7, 13)), np.zeros(13), np.zeros((n, 4)), np.zeros(n_watched))
+    return Trial(np.zeros((7, N_STATE)), np.zeros(N_STATE), np.zeros((n, 4)), np.zeros(n_watched))

@@ -11,35 +11,16 @@ from math import exp, isfinite, sqrt
 
 import numpy as np
 
-from rendulic.chang_hicher.kernels.arrays import (
-    BETA,
-    BY_PRESSURE,
-    BY_VOID_RATIO,
-    CONSISTENT,
-    DENSITY,
-    DETERMINANT,
-    EXCESS,
-    HARDENING,
-    KAPPA,
-    MODULUS,
-    MULTIPLIER,
-    PRINTED,
-    ROOT2,
-    SIGMA,
-    SLOPE,
-    SOFTENING,
-    STIFFNESS,
-    TAN_PEAK,
-    TAU,
-    VOID_RATIO,
-    W2,
-    W2_NORMALISED,
-    X,
-)
+from rendulic.chang_hicher.kernels.arrays import CONSISTENT, PRINTED
+from rendulic.chang_hicher.kernels.columns import PLANE, SHARED, STATE
 from rendulic.chang_hicher.kernels.compiler import jit
 from rendulic.chang_hicher.law import critical_state, plane_law
+from rendulic.tensors.mandel import ROOT2
 
-__all__ = ["INVALID", "UNDECIDED", "VALID", "homogenise", "look", "rates", "settle", "sliding"]
+__all__ = [
+    "INVALID", "UNDECIDED", "VALID", "find_loading_planes", "homogenise", "local_state", "rates", "sliding",
+    "void_ratio_effect",
+]  # fmt: skip
 
 VALID, INVALID, UNDECIDED = 0, 1, 2
 UNSHEARED = 1e-10  # obliquity below which a plane has no shear direction yet
@@ -58,7 +39,7 @@ peak_friction_slopes = jit(critical_state.peak_friction_slopes)
 
 
 @jit
-def look(material, planes, sigma, eps, memory, active, work):
+def local_state(material, planes, sigma, eps, memory, active, scratch):
     """Local state of every plane and the scalars they share; whether the state is admissible.
 
     `memory` is the mobilised friction of a plane (`printed`, `eq32`) or its plastic sliding
@@ -76,12 +57,14 @@ def look(material, planes, sigma, eps, memory, active, work):
     # force on a contact per normal stress, 3 V / (N l), from N l^3 / V = 12 / (pi (1 + e) e)
     area = 0.25 * np.pi * (1.0 + void_ratio) * void_ratio * material.branch_length**2
     k_0 = material.k_n0 * material.branch_length / area * (area / material.f_ref) ** material.exponent
-    work.scalar[STIFFNESS] = k_0
-    work.scalar[TAN_PEAK] = tan_peak
-    work.scalar[BY_PRESSURE] = by_p
-    work.scalar[BY_VOID_RATIO] = by_e
-    work.scalar[DENSITY] = (material.exponent - 1.0) * (1.0 + 2.0 * void_ratio) / (void_ratio * (1.0 + void_ratio))
-    work.scalar[VOID_RATIO] = void_ratio
+    scratch.shared[SHARED.stiffness] = k_0
+    scratch.shared[SHARED.tan_peak] = tan_peak
+    scratch.shared[SHARED.by_pressure] = by_p
+    scratch.shared[SHARED.by_void_ratio] = by_e
+    scratch.shared[SHARED.density] = (
+        (material.exponent - 1.0) * (1.0 + 2.0 * void_ratio) / (void_ratio * (1.0 + void_ratio))
+    )
+    scratch.shared[SHARED.void_ratio] = void_ratio
     consistent = material.formulation == CONSISTENT
     tan_flow = tan_peak if material.formulation == PRINTED else material.tan_phi_0
     root = material.exponent == 0.5
@@ -113,33 +96,43 @@ def look(material, planes, sigma, eps, memory, active, work):
         if active[a] and not x < 1.0:
             return False
         if sheared:
-            work.flow[a, 0], work.flow[a, 1], work.flow[a, 2] = t1 / tau, t2 / tau, t3 / tau
-        work.shear[a, 0], work.shear[a, 1], work.shear[a, 2] = t1, t2, t3
-        row = work.plane[a]
-        row[SIGMA], row[TAU], row[MODULUS], row[X], row[KAPPA] = normal, tau, modulus, x, kappa
-        row[HARDENING] = hardening_modulus(k_p, x)
-        row[SLOPE] = loading_slope(kappa, tan_peak, material.exponent) if consistent else kappa
-        row[BETA] = dilatancy(material.dilatancy, tan_flow, kappa)
-        row[EXCESS] = obliquity - kappa
+            scratch.flow[a, 0], scratch.flow[a, 1], scratch.flow[a, 2] = t1 / tau, t2 / tau, t3 / tau
+        scratch.shear[a, 0], scratch.shear[a, 1], scratch.shear[a, 2] = t1, t2, t3
+        row = scratch.plane[a]
+        row[PLANE.sigma], row[PLANE.tau], row[PLANE.modulus], row[PLANE.x], row[PLANE.kappa] = (
+            normal,
+            tau,
+            modulus,
+            x,
+            kappa,
+        )
+        row[PLANE.hardening] = hardening_modulus(k_p, x)
+        row[PLANE.slope] = loading_slope(kappa, tan_peak, material.exponent) if consistent else kappa
+        row[PLANE.beta] = dilatancy(material.dilatancy, tan_flow, kappa)
+        row[PLANE.excess] = obliquity - kappa
         # what the surface loses when peak friction, or the stiffness of the planes, change
-        row[SOFTENING] = normal * x * x if consistent else 0.0
+        row[PLANE.softening] = normal * x * x if consistent else 0.0
     return True
 
 
 @jit
-def homogenise(material, planes, active, work):
-    """Compliance `d_eps = C d_sigma` into `work.compliance`; the determinant's share of the coupling."""
-    c = work.compliance
-    g, b = work.gather[0], work.gather[1]
+def homogenise(material, planes, active, scratch):
+    """Compliance `d_eps = C d_sigma` into `scratch.compliance`; the determinant's share of the coupling."""
+    c = scratch.compliance
+    g, b = scratch.gather[0], scratch.gather[1]
     for i in range(6):
         g[i] = 0.0
         for j in range(6):
             c[i, j] = 0.0
-    by_p, by_e, density = work.scalar[BY_PRESSURE], work.scalar[BY_VOID_RATIO], work.scalar[DENSITY]
-    opened = 1.0 + work.scalar[VOID_RATIO]
+    by_p, by_e, density = (
+        scratch.shared[SHARED.by_pressure],
+        scratch.shared[SHARED.by_void_ratio],
+        scratch.shared[SHARED.density],
+    )
+    opened = 1.0 + scratch.shared[SHARED.void_ratio]
     for a in range(planes.normal.shape[0]):
-        row = work.plane[a]
-        flexible = 1.0 / row[MODULUS]
+        row = scratch.plane[a]
+        flexible = 1.0 / row[PLANE.modulus]
         for i in range(6):
             for j in range(i, 6):
                 c[i, j] += flexible * planes.elastic[a, i, j]
@@ -149,23 +142,23 @@ def homogenise(material, planes, active, work):
     for a in range(planes.normal.shape[0]):
         if not active[a]:
             continue
-        row = work.plane[a]
+        row = scratch.plane[a]
         m1, m2, m3 = planes.branch[a, 0], planes.branch[a, 1], planes.branch[a, 2]
-        f1, f2, f3 = work.flow[a, 0], work.flow[a, 1], work.flow[a, 2]
-        shear = work.shear_mandel[a]
+        f1, f2, f3 = scratch.flow[a, 0], scratch.flow[a, 1], scratch.flow[a, 2]
+        shear = scratch.shear_mandel[a]
         shear[0], shear[1], shear[2] = m1 * f1, m2 * f2, m3 * f3
         shear[3], shear[4], shear[5] = (
             (m2 * f3 + m3 * f2) / ROOT2,
             (m1 * f3 + m3 * f1) / ROOT2,
             (m1 * f2 + m2 * f1) / ROOT2,
         )
-        factor = planes.weight3[a] / row[HARDENING]
-        drop = row[SOFTENING] * by_p / 3.0
+        factor = planes.weight3[a] / row[PLANE.hardening]
+        drop = row[PLANE.softening] * by_p / 3.0
         for j in range(6):
-            b[j] = shear[j] - row[SLOPE] * planes.normal_mandel[a, j] - (drop if j < 3 else 0.0)
+            b[j] = shear[j] - row[PLANE.slope] * planes.normal_mandel[a, j] - (drop if j < 3 else 0.0)
         by_strain = opened * void_ratio_effect(row, by_e, density, material)
         for i in range(6):
-            flow = factor * (row[BETA] * planes.normal_mandel[a, i] + shear[i])
+            flow = factor * (row[PLANE.beta] * planes.normal_mandel[a, i] + shear[i])
             g[i] += flow * by_strain
             for j in range(6):
                 c[i, j] += flow * b[j]
@@ -183,7 +176,7 @@ def void_ratio_effect(row, by_e, density, material):
     """Derivative of the surface's resistance `sigma kappa` by void ratio at constant sliding."""
     if material.formulation != CONSISTENT:
         return 0.0
-    return row[SOFTENING] * by_e + row[SIGMA] * row[KAPPA] * (1.0 - row[X]) * density
+    return row[PLANE.softening] * by_e + row[PLANE.sigma] * row[PLANE.kappa] * (1.0 - row[PLANE.x]) * density
 
 
 @jit
@@ -214,63 +207,63 @@ def solve_6x6(matrix, right):
 
 
 @jit
-def rates(material, planes, control, sigma, eps, memory, active, work, out):
+def rates(material, planes, control, sigma, eps, memory, active, scratch, out):
     """Rates of stress, strain and the path's parameter per unit of arc length, for given loading planes.
 
     Arc length keeps the rates finite where the control fails: there the rate of the parameter passes
-    through zero. `out` is (13,): stress, strain, parameter. The planes' loading measures, local rates
-    and second-order works are left in `work`.
+    through zero. `out` is (13,), as `columns.STATE_ENTRIES`. The planes' loading measures, local rates
+    and second-order works are left in `scratch`.
     """
-    if not look(material, planes, sigma, eps, memory, active, work):
+    if not local_state(material, planes, sigma, eps, memory, active, scratch):
         return INVALID
     status = UNDECIDED
     for trial in range(50):
-        coupling = homogenise(material, planes, active, work)
-        control_matrix(control, work)
+        coupling = homogenise(material, planes, active, scratch)
+        control_matrix(control, scratch)
         for i in range(6):
             out[i] = control.target[i]
-        determinant = solve_6x6(work.matrix, out) * coupling
-        work.scalar[DETERMINANT] = determinant
-        orient(control, work, out, determinant)
-        if not isfinite(out[12]):
+        determinant = solve_6x6(scratch.matrix, out) * coupling
+        scratch.shared[SHARED.determinant] = determinant
+        orient(control, scratch, out, determinant)
+        if not isfinite(out[STATE.parameter]):
             return INVALID
-        if local_rates(material, planes, active, work, out, trial // 10):
+        if local_rates(material, planes, active, scratch, out, trial // 10):
             status = VALID
             break
     return status
 
 
 @jit
-def control_matrix(control, work):
-    """`S + E C` into `work.matrix`."""
+def control_matrix(control, scratch):
+    """`S + E C` into `scratch.matrix`."""
     for i in range(6):
         for j in range(6):
             value = control.stress_rows[i, j]
             for k in range(6):
-                value += control.strain_rows[i, k] * work.compliance[k, j]
-            work.matrix[i, j] = value
+                value += control.strain_rows[i, k] * scratch.compliance[k, j]
+            scratch.matrix[i, j] = value
 
 
 @jit
-def orient(control, work, out, determinant):
+def orient(control, scratch, out, determinant):
     """Strain rates from stress rates, all scaled to unit arc length and pointing onward along the path."""
     square = 0.0
     for i in range(6):
         value = 0.0
         for j in range(6):
-            value += work.compliance[i, j] * out[j]
-        out[6 + i] = value
+            value += scratch.compliance[i, j] * out[j]
+        out[STATE.strain + i] = value
         square += (value / control.strain_scale) ** 2 + (out[i] / control.stress_scale) ** 2
     scale = 1.0 / sqrt(square)
     if determinant * control.sign < 0.0:
         scale = -scale
-    for i in range(12):
+    for i in range(STATE.parameter):
         out[i] *= scale
-    out[12] = scale
+    out[STATE.parameter] = scale
 
 
 @jit
-def local_rates(material, planes, active, work, out, patience):
+def local_rates(material, planes, active, scratch, out, patience):
     """Loading measure, plastic multiplier, strain rates and W2 of every plane.
 
     Planes without shear flow along their shear rate, which is known only now: returns False if
@@ -280,16 +273,22 @@ def local_rates(material, planes, active, work, out, patience):
     r11, r22, r33 = out[0], out[1], out[2]
     r23, r13, r12 = out[3] / ROOT2, out[4] / ROOT2, out[5] / ROOT2
     d_p = (r11 + r22 + r33) / 3.0
-    d_void = -(1.0 + work.scalar[VOID_RATIO]) * (out[6] + out[7] + out[8])
-    by_p, by_e, density = work.scalar[BY_PRESSURE], work.scalar[BY_VOID_RATIO], work.scalar[DENSITY]
+    d_void = -(1.0 + scratch.shared[SHARED.void_ratio]) * (
+        out[STATE.strain] + out[STATE.strain + 1] + out[STATE.strain + 2]
+    )
+    by_p, by_e, density = (
+        scratch.shared[SHARED.by_pressure],
+        scratch.shared[SHARED.by_void_ratio],
+        scratch.shared[SHARED.density],
+    )
     size, stretch = 0.0, 0.0
     for i in range(6):
         size += out[i] * out[i]
-        stretch += out[6 + i] * out[6 + i]
+        stretch += out[STATE.strain + i] * out[STATE.strain + i]
     size, stretch = sqrt(size), sqrt(stretch)
     settled = True
     for a in range(planes.normal.shape[0]):
-        row = work.plane[a]
+        row = scratch.plane[a]
         m1, m2, m3 = planes.branch[a, 0], planes.branch[a, 1], planes.branch[a, 2]
         n1, n2, n3 = planes.normal[a, 0], planes.normal[a, 1], planes.normal[a, 2]
         t1 = r11 * m1 + r12 * m2 + r13 * m3
@@ -297,8 +296,8 @@ def local_rates(material, planes, active, work, out, patience):
         t3 = r13 * m1 + r23 * m2 + r33 * m3
         d_normal = t1 * n1 + t2 * n2 + t3 * n3
         t1, t2, t3 = t1 - d_normal * n1, t2 - d_normal * n2, t3 - d_normal * n3
-        flow = work.flow[a]
-        if row[TAU] <= UNSHEARED * row[SIGMA]:
+        flow = scratch.flow[a]
+        if row[PLANE.tau] <= UNSHEARED * row[PLANE.sigma]:
             d_tau = sqrt(t1 * t1 + t2 * t2 + t3 * t3)
             flows = abs(flow[0]) + abs(flow[1]) + abs(flow[2]) > 0.0
             enough = d_tau > UNSHEARING * size if patience == 0 else flows and d_tau > 0.0 and patience == 1
@@ -312,30 +311,30 @@ def local_rates(material, planes, active, work, out, patience):
                     settled = False
                 flow[0], flow[1], flow[2] = 0.0, 0.0, 0.0
         along = flow[0] * t1 + flow[1] * t2 + flow[2] * t3
-        measure = along - row[SLOPE] * d_normal
-        measure -= row[SOFTENING] * by_p * d_p + void_ratio_effect(row, by_e, density, material) * d_void
-        elastic_shear = material.k_rR * row[MODULUS]
+        measure = along - row[PLANE.slope] * d_normal
+        measure -= row[PLANE.softening] * by_p * d_p + void_ratio_effect(row, by_e, density, material) * d_void
+        elastic_shear = material.k_rR * row[PLANE.modulus]
         # relative to the rates at hand, so that rounding is told from loading; the multiplier of loading planes
-        row[MULTIPLIER] = measure / (size + elastic_shear * stretch)
+        row[PLANE.multiplier] = measure / (size + elastic_shear * stretch)
         if active[a]:
-            row[MULTIPLIER] /= row[HARDENING] / elastic_shear + ROUNDING
-        local = work.local_rate[a]
-        local[0], local[1] = d_normal / row[MODULUS], t1 / elastic_shear
+            row[PLANE.multiplier] /= row[PLANE.hardening] / elastic_shear + ROUNDING
+        local = scratch.local_rate[a]
+        local[0], local[1] = d_normal / row[PLANE.modulus], t1 / elastic_shear
         local[2], local[3] = t2 / elastic_shear, t3 / elastic_shear
         if active[a]:
-            multiplier = measure / row[HARDENING]
-            local[0] += row[BETA] * multiplier
+            multiplier = measure / row[PLANE.hardening]
+            local[0] += row[PLANE.beta] * multiplier
             for i in range(3):
                 local[1 + i] += flow[i] * multiplier
         w2 = d_normal * local[0] + t1 * local[1] + t2 * local[2] + t3 * local[3]
-        row[W2] = w2
+        row[PLANE.w2] = w2
         sizes = (d_normal**2 + t1**2 + t2**2 + t3**2) * (local[0] ** 2 + local[1] ** 2 + local[2] ** 2 + local[3] ** 2)
-        row[W2_NORMALISED] = w2 / sqrt(sizes) if sizes > 0.0 else 0.0
+        row[PLANE.w2_normalised] = w2 / sqrt(sizes) if sizes > 0.0 else 0.0
     return settled
 
 
 @jit
-def settle(material, planes, control, sigma, eps, memory, at_yield, active, work, out):
+def find_loading_planes(material, planes, control, sigma, eps, memory, at_yield, active, scratch, out):
     """Find which of the planes at yield load, consistently with the rates that follow from it.
 
     All are tried as loading first; those whose multiplier would be negative unload, those that unload
@@ -346,14 +345,14 @@ def settle(material, planes, control, sigma, eps, memory, at_yield, active, work
     for a in range(n):
         active[a] = at_yield[a]
     for attempt in range(4 * n + 20):
-        status = rates(material, planes, control, sigma, eps, memory, active, work, out)
+        status = rates(material, planes, control, sigma, eps, memory, active, scratch, out)
         if status != VALID:
             return status
         worst, wrong = 0.0, -1
         for a in range(n):
             if not at_yield[a]:
                 continue
-            measure = work.plane[a, MULTIPLIER]
+            measure = scratch.plane[a, PLANE.multiplier]
             error = -measure if active[a] else measure
             if error > NEUTRAL:
                 if attempt < 10:

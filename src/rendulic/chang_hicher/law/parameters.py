@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+import inspect
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -12,7 +13,9 @@ from rendulic.chang_hicher.law import plane_law
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.validation import Positive, Section, validated
 
-__all__ = ["PRESETS", "Parameters", "check_denominator", "material"]
+__all__ = ["PRESETS", "MaterialConstants", "Parameters", "check_denominator", "material", "shows_parameters"]
+
+F = TypeVar("F", bound=Callable)
 
 
 class Parameters(Section):
@@ -62,6 +65,48 @@ class Parameters(Section):
         return getattr(self, name)
 
 
+def shows_parameters(*, are_defaults: bool) -> Callable[[F], F]:
+    """Let a function of `**parameters` show them by name in its signature.
+
+    Those not given have the default of `Parameters`, or else (shown as `...`) another value, which its docstring says.
+    """
+
+    def shown(function: F) -> F:
+        own = inspect.signature(function)
+        kept = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
+        named = [
+            inspect.Parameter(
+                name, inspect.Parameter.KEYWORD_ONLY, annotation=float,
+                default=field.default if are_defaults else ...,
+            )
+            for name, field in Parameters.model_fields.items()
+        ]  # fmt: skip
+        function.__signature__ = own.replace(parameters=[*kept, *named])  # type: ignore[attr-defined]
+        return function
+
+    return shown
+
+
+class MaterialConstants(NamedTuple):
+    """The parameters, formulation and initial void ratio of a point as plain numbers; see `Parameters`."""
+
+    k_n0: float
+    f_ref: float
+    exponent: float
+    k_rR: float
+    k_pR: float
+    dilatancy: float
+    tan_phi_mu: float
+    tan_phi_0: float
+    e_ref: float
+    critical_slope: float
+    p_ref: float
+    interlocking: float
+    branch_length: float
+    formulation: int  # its place in `plane_law.FORMULATIONS`
+    void_ratio_0: float  # at zero strain
+
+
 def check_denominator(parameters: Parameters, formulation: str, tan_phi_p: float) -> None:
     """Raise `InvalidInput` unless `B > 0` at every obliquity up to the peak friction.
 
@@ -93,7 +138,7 @@ PRESETS: dict[str, tuple[dict[str, float], str]] = {
     "fig6_base": (
         {"k_rR": 0.5, "exponent": 0.0},
         "Paper, section 5.2: k_pR = 1, k_rR = 0.5, D = 1, k_n0 = 15 N/mm, tan(phi) = 0.65, constant. "
-        "The exponent is of no account there; the rest as for Hostun sand.",
+        "The exponent does not matter there; the rest as for Hostun sand.",
     ),
 }
 

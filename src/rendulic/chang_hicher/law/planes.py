@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from rendulic.chang_hicher.kernels.arrays import Planes, to_mandel, to_tensor
 from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import InvalidInput
+from rendulic.tensors.mandel import to_mandel, to_tensor
 from rendulic.tensors.sphere_rules import SphereRule
 
-__all__ = ["PlaneGeometry", "contact_density", "fabric_of"]
+__all__ = ["PlaneGeometry", "Planes", "contact_density", "fabric_of"]
 
 LEAST_DEGREE = 5
+
+
+class Planes(NamedTuple):
+    """The contact planes and the static hypothesis on them, as arrays."""
+
+    normal: np.ndarray  # (n, 3)
+    branch: np.ndarray  # (n, 3) m = F^-1 n / 3: the traction of a plane is sigma . m
+    weight3: np.ndarray  # (n,) three times the weights
+    elastic: np.ndarray  # (n, 6, 6) compliance of a plane of unit normal stiffness, weighted
+    normal_mandel: np.ndarray  # (n, 6) of sym(m x n)
 
 
 def fabric_of(rule: SphereRule, density: np.ndarray | None = None) -> np.ndarray:

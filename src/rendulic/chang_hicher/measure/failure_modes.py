@@ -10,28 +10,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from rendulic.chang_hicher.drive.following import look_at, reference_scales
-from rendulic.chang_hicher.kernels.arrays import (
-    BETA,
-    BY_PRESSURE,
-    BY_VOID_RATIO,
-    DENSITY,
-    HARDENING,
-    MODULUS,
-    SLOPE,
-    SOFTENING,
-    VOID_RATIO,
-    Control,
-    to_mandel,
-    to_tensor,
-)
+from rendulic.chang_hicher.kernels.arrays import Control, Scratch
+from rendulic.chang_hicher.kernels.columns import PLANE, SHARED, STATE_ENTRIES, width
 from rendulic.chang_hicher.kernels.integrate import find_at_yield
-from rendulic.chang_hicher.kernels.rates import VALID, settle, void_ratio_effect
+from rendulic.chang_hicher.kernels.rates import VALID, find_loading_planes, void_ratio_effect
 from rendulic.chang_hicher.law import plane_law
 from rendulic.chang_hicher.law.plane_law import Number
-from rendulic.chang_hicher.point import MaterialPoint
+from rendulic.chang_hicher.measure.planes import reference_scales, state_of_planes
+from rendulic.chang_hicher.state import PointState
 from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import DidNotConverge, InvalidInput
+from rendulic.tensors.mandel import to_mandel, to_tensor
 from rendulic.tensors.rendulic_plane import increment_along
 
 __all__ = ["Stability", "Tangent", "closed_form_cone", "plane_stiffness", "stability", "tangent"]
@@ -68,7 +57,7 @@ class Tangent:
     at_yield: np.ndarray = field(repr=False)
 
 
-def tangent(point: MaterialPoint, d_eps: np.ndarray) -> Tangent:
+def tangent(point: PointState, d_eps: np.ndarray) -> Tangent:
     """The tangent of the present state in the direction of a strain increment.
 
     The response is linear within the sector of directions in which the same planes load. In a state
@@ -79,7 +68,7 @@ def tangent(point: MaterialPoint, d_eps: np.ndarray) -> Tangent:
     point : MaterialPoint
         Unchanged.
     d_eps : (3, 3) or principal (3,) array
-        Direction; its length is of no account.
+        Direction, of any length.
 
     Raises
     ------
@@ -89,23 +78,23 @@ def tangent(point: MaterialPoint, d_eps: np.ndarray) -> Tangent:
         If no set of loading planes is consistent with this increment: the response is not unique.
     """
     direction = _direction(d_eps)
-    work = look_at(point)
+    seen = state_of_planes(point)
     n = len(point.memory)
-    p, stiffness = reference_scales(point, work)
+    p, stiffness = reference_scales(point, seen)
     control = Control(np.zeros((6, 6)), stiffness * np.eye(6), stiffness * direction, 1.0, p, p / stiffness)
-    at_yield, active, rate = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool), np.zeros(13)
-    find_at_yield(work, active, at_yield)
-    status = settle(
-        point.material, point.model.planes, control, point.sigma, point.eps, point.memory, at_yield, active, work, rate
+    at_yield, active, rate = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool), np.zeros(width(STATE_ENTRIES))
+    find_at_yield(seen, active, at_yield)
+    status = find_loading_planes(
+        point.material, point.model.planes, control, point.sigma, point.eps, point.memory, at_yield, active, seen, rate
     )
     if status != VALID:
         raise DidNotConverge(
             f"no set of loading planes is consistent with the strain increment {direction.round(4).tolist()} at "
             f"{point!r}: the response is not unique there"
         )
-    compliance = work.compliance.copy()
+    compliance = seen.compliance.copy()
     own = np.linalg.inv(compliance)
-    return Tangent(own, compliance, active, _measures(point, work, own), at_yield)
+    return Tangent(own, compliance, active, _measures(point, seen, own), at_yield)
 
 
 def _direction(d_eps: np.ndarray) -> np.ndarray:
@@ -117,20 +106,22 @@ def _direction(d_eps: np.ndarray) -> np.ndarray:
     return to_mandel(tensor / size)
 
 
-def _measures(point: MaterialPoint, work, stiffness: np.ndarray) -> np.ndarray:
+def _measures(point: PointState, seen: Scratch, stiffness: np.ndarray) -> np.ndarray:
     """Loading measures `s . d_tau - a d_sigma_n - (change of resistance)` as linear forms of `d_eps`."""
-    planes, scalar, own = point.model.planes, work.scalar, work.plane
+    planes, shared, own = point.model.planes, seen.shared, seen.plane
     shear = to_mandel(
-        0.5 * (np.einsum("ai,aj->aij", planes.branch, work.flow) + np.einsum("ai,aj->aij", work.flow, planes.branch))
+        0.5 * (np.einsum("ai,aj->aij", planes.branch, seen.flow) + np.einsum("ai,aj->aij", seen.flow, planes.branch))
     )
     trace = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-    by_stress = shear - own[:, SLOPE, None] * planes.normal_mandel
-    by_stress = by_stress - np.outer(own[:, SOFTENING] * scalar[BY_PRESSURE] / 3.0, trace)
-    by_void = np.array([void_ratio_effect(row, scalar[BY_VOID_RATIO], scalar[DENSITY], point.material) for row in own])
-    return by_stress @ stiffness + np.outer((1.0 + scalar[VOID_RATIO]) * by_void, trace)
+    by_stress = shear - own[:, PLANE.slope, None] * planes.normal_mandel
+    by_stress = by_stress - np.outer(own[:, PLANE.softening] * shared[SHARED.by_pressure] / 3.0, trace)
+    by_void = np.array(
+        [void_ratio_effect(row, shared[SHARED.by_void_ratio], shared[SHARED.density], point.material) for row in own]
+    )
+    return by_stress @ stiffness + np.outer((1.0 + shared[SHARED.void_ratio]) * by_void, trace)
 
 
-def plane_stiffness(point: MaterialPoint) -> dict[str, Number]:
+def plane_stiffness(point: PointState) -> dict[str, Number]:
     """`K_nn, K_nr, K_rn, K_rr` of every plane in loading (Pa), its determinant, and the two modes.
 
     Returns
@@ -139,9 +130,9 @@ def plane_stiffness(point: MaterialPoint) -> dict[str, Number]:
         `K_nn` ... `K_rr`, `determinant` (Pa^2); `mode_1`: at the plastic limit; `mode_2`: W2 is
         negative in some direction. As in Eqs. 36-41 for constant peak friction.
     """
-    work = look_at(point)
-    own, k_n = work.plane, work.plane[:, MODULUS]
-    arguments = (k_n, point.material.k_rR * k_n, own[:, HARDENING], own[:, SLOPE], own[:, BETA])
+    seen = state_of_planes(point)
+    own, k_n = seen.plane, seen.plane[:, PLANE.modulus]
+    arguments = (k_n, point.material.k_rR * k_n, own[:, PLANE.hardening], own[:, PLANE.slope], own[:, PLANE.beta])
     k = plane_law.stiffness(*arguments)
     determinant = plane_law.determinant(*arguments)
     return dict(zip(("K_nn", "K_nr", "K_rn", "K_rr"), k, strict=True)) | {
@@ -183,11 +174,11 @@ class Stability:
         return self.hill > 0.0
 
 
-def stability(point: MaterialPoint, d_eps: np.ndarray) -> Stability:
+def stability(point: PointState, d_eps: np.ndarray) -> Stability:
     """Hill's condition and the determinants for the tangent in the direction `d_eps`; see `tangent`."""
     own = tangent(point, d_eps)
     values, vectors = np.linalg.eigh(0.5 * (own.stiffness + own.stiffness.T))
-    k_n = look_at(point).plane[:, MODULUS]
+    k_n = state_of_planes(point).plane[:, PLANE.modulus]
     elastic = np.einsum("aij,a->ij", point.model.planes.elastic, 1.0 / k_n)
     planes = plane_stiffness(point)
     return Stability(
@@ -199,7 +190,7 @@ def stability(point: MaterialPoint, d_eps: np.ndarray) -> Stability:
     )
 
 
-def closed_form_cone(point: MaterialPoint) -> list[tuple[float, float]]:
+def closed_form_cone(point: PointState) -> list[tuple[float, float]]:
     """Sectors of the Rendulic plane with negative second-order work, from the tangents alone.
 
     1. From one direction on, the next one at which a plane at yield begins or ceases to load is a root
@@ -257,7 +248,7 @@ def closed_form_cone(point: MaterialPoint) -> list[tuple[float, float]]:
 def _roots(own: Tangent, frame: np.ndarray) -> np.ndarray:
     """Directions modulo a half turn at which a plane at yield neither loads nor unloads."""
     forms = own.measure[own.at_yield] @ frame.T
-    # planes that neither load nor could are of no account
+    # without planes that neither load nor could
     forms = forms[np.abs(forms).max(axis=1) > 1e-9 * np.abs(own.stiffness).max()]
     return np.degrees(np.arctan2(-forms[:, 0], forms[:, 1])) % 180.0
 
@@ -267,7 +258,7 @@ def _next_edge(own: Tangent, frame: np.ndarray, alpha: float) -> float:
     return alpha + float(((_roots(own, frame) - alpha) % 180.0).min(initial=180.0))
 
 
-def _first_edge(point: MaterialPoint, frame: np.ndarray) -> float:
+def _first_edge(point: PointState, frame: np.ndarray) -> float:
     """A direction at which some plane changes sides, to begin the round with; 0 if there is none."""
     return float(_roots(tangent(point, np.diag(increment_along(0.0))), frame).min(initial=180.0))
 

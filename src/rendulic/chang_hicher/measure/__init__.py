@@ -1,0 +1,1 @@
+"""What a state of the Chang-Hicher model tells, by looking only: planes, tangents, failure modes, cones."""
