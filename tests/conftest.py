@@ -93,17 +93,21 @@ def straining():
 @pytest.fixture(scope="session")
 def reported_study(tmp_path_factory):
     """The folder of a finished study with a little of everything, its figures not drawn; its numbers mean nothing."""
-    from rendulic.study.execution import campaign
-    from rendulic.study.language.config import Study
+    from rendulic.study.execution.campaign import run_study
+    from rendulic.study.language.study import Study
     from rendulic.study.plan import plan_of
     from rendulic.study.store.store import Store
-    from rendulic.study.work import carry_out
+    from rendulic.study.task import How, task_from
 
     study = {
         "title": "A <b>little</b> of everything & more",
-        "specimen": {"n_grains": 100, "radius_min_m": 6e-3, "radius_max_m": 12e-3},
-        "loading": {"inertial_number": 5e-4},
-        "packing": [{"name": "loose", "seeds": [2], "eta": (0.1, 0.25), "axial_strain": 0.01, "to_the_end": True}],
+        "specimen": [
+            {
+                "name": "loose", "kind": "grains", "n_grains": 100, "radius_min_m": 6e-3, "radius_max_m": 12e-3, "seeds": [2],
+                "eta": (0.1, 0.25), "axial_strain": 0.01, "to_the_end": True, "loading": {"inertial_number": 5e-4},
+            },
+            {"name": "hostun", "kind": "chang_hicher", "pressure_pa": 3e5, "void_ratios": [0.9], "eta": (0.25, 0.9)},
+        ],
         "probes": [
             {"name": "circle", "step_deg": 30.0, "norms": (1e-4, 2e-4), "n_steps": 100},
             {"name": "inside", "step_deg": 60.0, "norms": (2e-4,), "n_steps": 200, "anatomy": True},
@@ -111,17 +115,14 @@ def reported_study(tmp_path_factory):
         ],
         "cones": [{"name": "edges", "norm": 2e-4, "n_steps": 200, "step_deg": 60.0, "tolerance_deg": 30.0}],
         "bursts": [{"name": "pushes", "cones": "edges", "n_steps": 200, "step_deg": 90.0}],
-        "test": [
-            {"name": "undrained", "path": "undrained", "pressure_pa": 3e5, "void_ratio": 0.9, "axial_strain": 0.03}
-        ],
-        "figures": {"draw": ["anatomy"], "diagram_norm": 2e-4},
-    }
+        "path": [{"name": "undrained", "specimens": ["hostun"], "path": "undrained", "axial_strain": 0.03}],
+        "figures": {"diagram_norm": 2e-4},
+    }  # fmt: skip
     checked = Study.model_validate(study)
     store = Store(tmp_path_factory.mktemp("reported"))
     # in this process, where the kernels are
     for unit in plan_of(checked).units.values():
-        store.write(unit.order(), carry_out(unit.order(), store.folder))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(campaign, "draw", lambda *_: {})
-        campaign.run_study(checked, store.folder)
+        needs = {role: store.read(need.key) for role, need in unit.needs.items()}
+        store.write(unit.order(), task_from(unit.kind, unit.inputs).run(needs, How()))
+    run_study(checked, store.folder)
     return store.folder

@@ -27,16 +27,15 @@ NO_TABLES = "[figures]\ntables = false\n"
 GRAINS = (
     NO_TABLES
     + """
-[specimen]
+[[specimen]]
+name = "loose"
+kind = "grains"
 n_grains = 40
 radius_min_m = 8e-3
 radius_max_m = 12e-3
-[loading]
-inertial_number = 1e-3
-[[packing]]
-name = "loose"
 eta = [0.05, 0.1]
 axial_strain = 0.2
+loading = { inertial_number = 1e-3 }
 [[probes]]
 name = "circle"
 step_deg = 30
@@ -44,11 +43,13 @@ norms = [1e-5]
 n_steps = 200
 """
 )
-TEST = '[[test]]\nname = "{name}"\npath = "undrained"\npressure_pa = {pressure}\nvoid_ratio = 0.9\naxial_strain = {strain}\n'
+SAND = '[[specimen]]\nname = "sand"\nkind = "chang_hicher"\npressure_pa = 1e5\nvoid_ratios = [0.9]\nsphere_rule = "{rule}"\n'
+PATH = '[[path]]\nname = "t{k}"\nspecimens = ["sand"]\npath = "undrained"\naxial_strain = {strain}\n'
 
 
-def element_tests(count, strain=0.02):
-    return "".join(TEST.format(name=f"t{k}", pressure=100e3 + 1e3 * k, strain=strain) for k in range(count))
+def sand_tests(count, strain=0.02, rule="bazant_oh_37"):
+    """A sand and so many tests of it, each a little longer: one unit more than tests."""
+    return SAND.format(rule=rule) + "".join(PATH.format(k=k, strain=strain + 1e-4 * k) for k in range(count))
 
 
 @pytest.fixture
@@ -107,7 +108,7 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="fi
 @needs_proc
 def test_fifty_kills_at_random_moments(study, tmp_path, say):
     """Main processes and workers are killed at random moments, again and again; the result is the undisturbed one."""
-    path = study(GRAINS + '[model]\nsphere_rule = "lebedev_29"\n' + element_tests(60, 0.2))
+    path = study(GRAINS + sand_tests(60, 0.2, "lebedev_29"))
     assert finish(path, tmp_path / "calm")[0] == 0
     calm = units(tmp_path / "calm")
     assert len(calm) == len(plan_of(read_study(path)).units)
@@ -163,7 +164,7 @@ worker.answer_to(order, folder, 1, lambda answer: None)
 @pytest.mark.parametrize("moment", ["half", "before fsync", "before rename"])
 def test_killed_in_the_middle_of_writing(study, tmp_path, moment):
     """A file is whole or not there; what was half-written is swept away by the next run."""
-    path, folder = study(NO_TABLES + element_tests(1)), tmp_path / "out"
+    path, folder = study(NO_TABLES + sand_tests(1)), tmp_path / "out"
     done = subprocess.run(
         [sys.executable, "-c", WRITER, path, folder, moment], capture_output=True, timeout=100, check=False
     )
@@ -171,7 +172,7 @@ def test_killed_in_the_middle_of_writing(study, tmp_path, moment):
     left = list((folder / "units").rglob("*.part.h5"))
     assert len(left) == 1
     assert Store(folder).keys() == set()
-    assert run_study(read_study(path), folder).outcome.made == 1
+    assert run_study(read_study(path), folder).outcome.made == 2
     assert not left[0].exists()
     run_study(read_study(path), tmp_path / "calm")
     assert units(folder) == units(tmp_path / "calm")
@@ -180,7 +181,7 @@ def test_killed_in_the_middle_of_writing(study, tmp_path, moment):
 @needs_proc
 def test_workers_end_with_the_main_process(study, tmp_path):
     """A killed main process leaves nobody computing."""
-    process = start(study(NO_TABLES + element_tests(200, 0.2)), tmp_path / "out")
+    process = start(study(NO_TABLES + sand_tests(200, 0.2)), tmp_path / "out")
     until = time.monotonic() + 60
     while len(workers := workers_of(process)) < 2 and time.monotonic() < until:
         time.sleep(0.05)
@@ -195,7 +196,7 @@ def test_workers_end_with_the_main_process(study, tmp_path):
 
 def test_ctrl_c_ends_cleanly(study, tmp_path):
     """One sentence, code 130, workers ended, nothing half-written; the next run goes on."""
-    path, folder = study(NO_TABLES + element_tests(30, 0.1)), tmp_path / "out"
+    path, folder = study(NO_TABLES + sand_tests(30, 0.1)), tmp_path / "out"
     process = start(path, folder)
     store, until = Store(folder), time.monotonic() + 60
     while len(store.keys()) < 3 and time.monotonic() < until:
@@ -207,17 +208,17 @@ def test_ctrl_c_ends_cleanly(study, tmp_path):
     assert len(err.splitlines()) == 1
     assert not list(folder.rglob("*.part*"))
     before = store.keys()
-    assert 3 <= len(before) < 30
+    assert 3 <= len(before) < 31
     code, out, _ = finish(path, folder)
     assert code == 0
-    assert f"30 of 30 units are done, {30 - len(before)} of them now" in out
+    assert f"31 of 31 units are done, {31 - len(before)} of them now" in out
 
 
 def test_two_processes_on_one_folder(study, tmp_path):
     """While one has claimed a folder, another is refused in one sentence and touches nothing."""
     folder = tmp_path / "out"
     with Store(folder).claimed():
-        code, out, err = finish(study(NO_TABLES + element_tests(1, 0.2)), folder)
+        code, out, err = finish(study(NO_TABLES + sand_tests(1, 0.2)), folder)
         assert [path.name for path in folder.rglob("*")] == ["lock"]
     assert (code, out) == (2, "")
     assert f"{folder} is being worked on by process {os.getpid()} on " in err
@@ -229,18 +230,18 @@ def test_a_unit_that_fails_is_recorded_and_the_rest_goes_on(study, tmp_path):
     beyond = GRAINS.replace("eta = [0.05, 0.1]", "eta = [0.05, 2.0]").replace(
         "axial_strain = 0.2", "axial_strain = 0.01"
     )
-    path, folder = study(beyond + element_tests(2)), tmp_path / "out"
+    path, folder = study(beyond + sand_tests(2)), tmp_path / "out"
     code, out, err = finish(path, folder)
     assert code == 3
     assert "failed: state loose, seed 1, eta = 2: DidNotConverge: eta = 2 was not reached within 0.01" in err
     assert "2 units wait for these" in err
-    assert out.startswith("6 of 9 units are done, 6 of them now")
+    assert out.startswith("7 of 10 units are done, 7 of them now")
     ((key, note),) = Store(folder).failures().items()
     assert note["is_final"]
     told = subprocess.run([*COMMAND, "info", folder], capture_output=True, text=True, timeout=60, check=True).stdout
-    assert "6 of 9 units are done" in told
+    assert "7 of 10 units are done" in told
     assert "failed: state loose, seed 1, eta = 2: DidNotConverge" in told
-    assert told.count("missing: probes circle") == 2
+    assert told.count("missing: probes 'circle'") == 2
     log = folder / "logs" / f"{key}.log"
     assert "failed: eta = 2 was not reached" in log.read_text()
     tried = log.stat().st_size
@@ -282,7 +283,7 @@ def test_damaged_files_are_found_named_and_made_again(study, tmp_path):
 
 def test_a_full_disk_stops_the_run(study, tmp_path):
     """One sentence that says so, code 2, whole files only; with room again, the run goes on to the same bytes."""
-    path = study(NO_TABLES + element_tests(4, 0.2))
+    path = study(NO_TABLES + sand_tests(4, 0.2))
     run_study(read_study(path), tmp_path / "calm")
     calm = units(tmp_path / "calm")
     room = sum(map(len, calm.values())) // 2048
@@ -309,7 +310,7 @@ def test_a_full_disk_stops_the_run(study, tmp_path):
 
 def test_a_folder_that_cannot_be_written_to(study, tmp_path):
     """One sentence before anything is computed; /proc admits no new folder, whoever asks."""
-    path = study(NO_TABLES + element_tests(1))
+    path = study(NO_TABLES + sand_tests(1))
     for folder in ("/proc/rendulic", path):
         code, out, err = finish(path, folder)
         assert (code, out) == (2, "")
@@ -319,7 +320,7 @@ def test_a_folder_that_cannot_be_written_to(study, tmp_path):
 
 def test_clock_jumps_change_nothing(study, tmp_path, monkeypatch):
     """Results are found by hash: neither times of files nor the clock are asked."""
-    read, folder = read_study(study(NO_TABLES + element_tests(3))), tmp_path / "out"
+    read, folder = read_study(study(NO_TABLES + sand_tests(3))), tmp_path / "out"
     hours = iter([0.0, 1e9, -1e9, 5e9] * 1000)
     monkeypatch.setattr(time, "time", lambda: next(hours))
     run_study(read, folder)
@@ -336,7 +337,7 @@ def test_a_worker_of_another_version_is_refused(study, tmp_path, monkeypatch):
 
     monkeypatch.setattr(unit, "__version__", "0.0.9")
     with pytest.raises(RendulicError, match=r"this worker runs rendulic .*, the study rendulic 0\.0\.9"):
-        run_study(read_study(study(NO_TABLES + element_tests(1))), tmp_path / "out")
+        run_study(read_study(study(NO_TABLES + sand_tests(1))), tmp_path / "out")
     assert Store(tmp_path / "out").keys() == set()
 
 
@@ -353,13 +354,13 @@ class Dying(LocalWorkers):
 
 def test_a_unit_that_kills_its_workers_is_given_up(study, tmp_path):
     """After five deaths it has failed, but not for good: the next run tries it again."""
-    read = read_study(study(NO_TABLES + element_tests(3)))
+    read = read_study(study(NO_TABLES + sand_tests(3)))
     Dying.unlucky = list(plan_of(read).units)[1]
     report = run_study(read, tmp_path / "out", executor=lambda folder: Dying(folder, 2))
     ((failed, error),) = report.outcome.failed.items()
     assert failed.key == Dying.unlucky
     assert "its worker died 5 times" in error
-    assert report.outcome.made == 2
+    assert report.outcome.made == 3
     again = run_study(read, tmp_path / "out")
     assert (again.outcome.made, again.outcome.failed) == (1, {})
     assert Store(tmp_path / "out").failures() == {}
@@ -367,7 +368,7 @@ def test_a_unit_that_kills_its_workers_is_given_up(study, tmp_path):
 
 def test_workers_do_not_change_results(study, tmp_path):
     """However many processes there are, the store is the same."""
-    read = read_study(study(GRAINS + element_tests(2)))
+    read = read_study(study(GRAINS + sand_tests(2)))
     for count in (1, 3):
         run_study(read, tmp_path / str(count), executor=lambda folder, count=count: LocalWorkers(folder, count))
     assert units(tmp_path / "1") == units(tmp_path / "3")

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+import tomlkit
 
 from rendulic.foundation.errors import InvalidInput, RendulicError
 from rendulic.study.execution.campaign import run_study
@@ -20,15 +21,15 @@ from rendulic.study.store.store import Store
 pytest.importorskip("distributed")
 
 COMMAND = [sys.executable, "-c", "from rendulic.cli.main import run; run()"]
-TESTS = [
-    {"name": f"t{k}", "path": "undrained", "pressure_pa": 100e3 + 1e3 * k, "void_ratio": 0.9, "axial_strain": 0.1}
-    for k in range(20)
+SAND = {"name": "sand", "kind": "chang_hicher", "pressure_pa": 1e5, "void_ratios": [0.9]}
+PATHS = [
+    {"name": f"t{k}", "specimens": ["sand"], "path": "undrained", "axial_strain": 0.1 + 1e-4 * k} for k in range(20)
 ]  # fmt: skip
 GRAINS = {
-    "specimen": {"n_grains": 40, "radius_min_m": 8e-3, "radius_max_m": 12e-3}, "loading": {"inertial_number": 1e-3},
-    "packing": [{"name": "loose", "eta": [0.05], "axial_strain": 0.2}],
-    "probes": [{"name": "circle", "step_deg": 30.0, "norms": [1e-5], "n_steps": 100}],
+    "name": "loose", "kind": "grains", "n_grains": 40, "radius_min_m": 8e-3, "radius_max_m": 12e-3, "eta": [0.05],
+    "axial_strain": 0.2, "loading": {"inertial_number": 1e-3},
 }  # fmt: skip
+PROBES = [{"name": "circle", "step_deg": 30.0, "norms": [1e-5], "n_steps": 100}]
 
 
 def study(**parts):
@@ -90,9 +91,9 @@ def cluster(tmp_path):
 
 def test_a_cluster_gives_the_same_bytes(cluster, tmp_path):
     """Grains and sands on two workers of a cluster, and on one process of this machine."""
-    what = study(test=TESTS[:3], **GRAINS)
+    what = study(specimen=[GRAINS, SAND], path=PATHS[:3], probes=PROBES)
     report = run_study(what, tmp_path / "far", executor=lambda folder: ClusterWorkers(folder, cluster.address))
-    assert (report.outcome.made, report.outcome.failed) == (7, {})
+    assert (report.outcome.made, report.outcome.failed) == (8, {})
     run_study(what, tmp_path / "near")
     assert units(tmp_path / "far") == units(tmp_path / "near")
     # what a worker has to say on the way arrives
@@ -105,8 +106,7 @@ def test_a_cluster_gives_the_same_bytes(cluster, tmp_path):
 def start(cluster, tmp_path):
     """The command with a study of many tests, once some are done."""
     path = tmp_path / "study.toml"
-    line = 'name = "{name}"\npath = "{path}"\npressure_pa = {pressure_pa}\nvoid_ratio = 0.9\naxial_strain = 0.1\n'
-    path.write_text("[figures]\ntables = false\n" + "".join("[[test]]\n" + line.format(**test) for test in TESTS))
+    path.write_text(tomlkit.dumps({"figures": {"tables": False}, "specimen": [SAND], "path": PATHS}))
     process = subprocess.Popen(
         [*COMMAND, "run", str(path), "-o", str(tmp_path / "far"), "--quiet", "--scheduler", cluster.address],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -123,8 +123,8 @@ def test_a_killed_worker_is_done_without(cluster, tmp_path):
     os.kill(cluster.workers[0].pid, signal.SIGKILL)
     out, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
-    assert out.startswith("20 of 20 units are done")
-    run_study(study(test=TESTS), tmp_path / "near")
+    assert out.startswith("21 of 21 units are done")
+    run_study(study(specimen=[SAND], path=PATHS), tmp_path / "near")
     assert units(tmp_path / "far") == units(tmp_path / "near")
 
 
@@ -137,10 +137,10 @@ def test_a_killed_scheduler_ends_the_run_with_a_sentence(cluster, tmp_path):
     assert err.splitlines()[-1].startswith("rendulic: the Dask scheduler is gone")
     assert len(err.splitlines()) == 1, err
     kept = len(Store(tmp_path / "far").keys())
-    assert 2 <= kept < 20
-    report = run_study(study(test=TESTS), tmp_path / "far")
-    assert report.outcome.made == 20 - kept
-    run_study(study(test=TESTS), tmp_path / "near")
+    assert 2 <= kept < 21
+    report = run_study(study(specimen=[SAND], path=PATHS), tmp_path / "far")
+    assert report.outcome.made == 21 - kept
+    run_study(study(specimen=[SAND], path=PATHS), tmp_path / "near")
     assert units(tmp_path / "far") == units(tmp_path / "near")
 
 
@@ -150,7 +150,9 @@ def test_workers_of_another_version_are_refused(cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(unit, "__version__", "0.0.9")
     with pytest.raises(RendulicError, match=r"this worker runs rendulic .*, the study rendulic 0\.0\.9"):
         run_study(
-            study(test=TESTS[:1]), tmp_path / "far", executor=lambda folder: ClusterWorkers(folder, cluster.address)
+            study(specimen=[SAND], path=PATHS[:1]),
+            tmp_path / "far",
+            executor=lambda folder: ClusterWorkers(folder, cluster.address),
         )
     assert Store(tmp_path / "far").keys() == set()
 

@@ -10,16 +10,15 @@ import pytest
 from rich.console import Console
 
 from rendulic.cli import progress
-from rendulic.study.execution.campaign import recorded
+from rendulic.study.execution.campaign import results_in
 from rendulic.study.language.study_file import read_study
 from rendulic.study.store.store import Store
 from rendulic.study.store.unit import Unit
 
-TESTS = "".join(
-    f'[[test]]\nname = "t{k}"\npath = "undrained"\npressure_pa = {k + 1}e5\nvoid_ratio = 0.9\naxial_strain = 0.01\n'
-    for k in range(3)
+TESTS = '[[specimen]]\nname = "sand"\nkind = "chang_hicher"\npressure_pa = 1e5\nvoid_ratios = [0.9]\n' + "".join(
+    f'[[path]]\nname = "t{k}"\npath = "undrained"\naxial_strain = 0.01{k}\n' for k in range(3)
 )
-UNITS = [Unit("element_test", f"element test {k}", {"k": k}) for k in range(3)]
+UNITS = [Unit("test", f"test {k}", {"k": k}) for k in range(3)]
 
 
 @pytest.fixture
@@ -50,7 +49,7 @@ def test_init_writes_a_study_once(run, tmp_path):
         "rendulic: new.toml exists already: choose another name for the new file\n",
     )
     run("init", "paper.toml", "--preset", "paper")
-    assert read_study(tmp_path / "paper.toml").specimen.n_grains == 10000
+    assert read_study(tmp_path / "paper.toml").specimen[0].n_grains == 10000
     assert run("init", "other.toml", "--preset", "papr").returncode == 2
     assert not (tmp_path / "other.toml").exists()
 
@@ -59,41 +58,45 @@ def test_run_goes_into_a_folder_of_the_studys_name(run, tmp_path):
     """What is done, how many now, and where; tables of every test; the second time nothing is done."""
     first = run("run", "three.toml", "--workers", "1", "--quiet")
     assert (first.returncode, first.stderr) == (0, "")
-    assert first.stdout == "3 of 3 units are done, 3 of them now, in three\n"
-    assert {path.name for path in (tmp_path / "three" / "tests").glob("t0*")} == {
-        "t0.nc", "t0.csv", "t0_events.csv", "t0_planes.csv"
+    assert first.stdout.startswith("4 of 4 units are done, 4 of them now, in three\n")
+    assert first.stdout.endswith("rendulic report three\n")
+    assert {path.name for path in (tmp_path / "three" / "sand_e_0.9").glob("path_t0*")} == {
+        "path_t0.nc", "path_t0.csv", "path_t0_events.csv", "path_t0_planes.csv"
     }  # fmt: skip
-    assert run("run", "three.toml", "-q").stdout == "3 of 3 units are done, 0 of them now, in three\n"
-    assert run("info", "three").stdout.startswith("three: 3 of 3 units are done\n  element_test 3 of 3\n")
+    assert run("run", "three.toml", "-q").stdout.startswith("4 of 4 units are done, 0 of them now, in three\n")
+    assert run("info", "three").stdout.startswith(
+        "three: 4 of 4 units are done\n  sand         1 of 1\n  test         3 of 3\n"
+    )
 
 
 def test_info_tells_what_is_running_failed_and_missing(run, tmp_path):
     """From the folder alone; running is what a living process says, not what a dead one left."""
     run("run", "three.toml", "-q", "--workers", "1")
-    units, store = recorded(tmp_path / "three")
-    first, second, third = units
-    for key in units:
+    results = results_in(tmp_path / "three")
+    units, store = results.wanted, results.store
+    _, first, second, third = units
+    for key in (first, second, third):
         store.remove(key)
     store.note_failure(first, units[first].label, "DidNotConverge: too loose", True)
     store.write_json("running.json", {second: [1.0, 4.0, "eta 0.2"]})
     idle = run("info", "three").stdout
-    assert "  failed: element test t0: DidNotConverge: too loose\n" in idle
+    assert "  failed: path 't0': sand, e = 0.9, as made: DidNotConverge: too loose\n" in idle
     assert "running" not in idle
-    assert "  missing: element test t1\n  missing: element test t2\n" in idle
+    assert "  missing: path 't1': sand, e = 0.9, as made\n  missing: path 't2': sand, e = 0.9, as made\n" in idle
     with Store(tmp_path / "three").claimed():
         busy = run("info", "three").stdout
-    assert "  running: element test t1 25 %, eta 0.2\n" in busy
-    assert "missing: element test t1" not in busy
+    assert "  running: path 't1': sand, e = 0.9, as made 25 %, eta 0.2\n" in busy
+    assert "missing: path 't1'" not in busy
     assert third not in busy
 
 
 def test_info_keeps_count_of_other_versions(run, tmp_path):
     """Results of an earlier description stay, and are told apart."""
     run("run", "three.toml", "-q", "--workers", "1")
-    (tmp_path / "three.toml").write_text(TESTS.replace("1e5", "1.5e5"))
+    (tmp_path / "three.toml").write_text(TESTS.replace("0.010", "0.015"))
     run("run", "three.toml", "-q", "--workers", "1")
     told = run("info", "three").stdout
-    assert "three: 3 of 3 units are done" in told
+    assert "three: 4 of 4 units are done" in told
     assert "1 more results of other versions of the study are kept" in told
 
 
@@ -118,8 +121,7 @@ def test_progress_in_lines(monkeypatch):
     assert "units a minute, about" in lines[0]
     assert "s left" in lines[0]
     assert any(
-        line.startswith("1 of 3 units, ")
-        and line.endswith("1 failed; failed: element test 1: DidNotConverge: too loose")
+        line.startswith("1 of 3 units, ") and line.endswith("1 failed; failed: test 1: DidNotConverge: too loose")
         for line in lines
     )
     assert "\x1b" not in out.getvalue()
@@ -132,8 +134,8 @@ def test_progress_in_bars(monkeypatch):
     with progress.campaign() as watch:
         watched(watch)
         shown = {task.description: task.completed for task in watch.bars.tasks}
-    assert shown == {"units": 1.5, "element test 2": 1.0}
-    assert "failed: element test 1: DidNotConverge: too loose" in out.getvalue()
+    assert shown == {"units": 1.5, "test 2": 1.0}
+    assert "failed: test 1: DidNotConverge: too loose" in out.getvalue()
 
 
 def test_quiet_is_quiet():

@@ -123,8 +123,8 @@ class Sand(SpecimenSection, Sandy):
         if own := sorted(set(table) & set(Parameters.model_fields)):
             raise ValueError(f"values of the material belong into it: material = {{ {own[0]} = ... }}")
         given = table.get("material", {})
-        if table.get("preset") is not None and isinstance(given, dict):
-            return {**table, "material": {**material(str(table["preset"])).model_dump(), **given}}
+        if isinstance(table.get("preset"), str) and isinstance(given, dict):
+            return {**table, "material": {**material(table["preset"]).model_dump(), **given}}
         return table
 
     def samples(self) -> list[SampleId]:

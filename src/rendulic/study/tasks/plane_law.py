@@ -39,8 +39,12 @@ class PlaneLaw(Measurement):
     @model_validator(mode="before")
     @classmethod
     def _from_preset(cls, table: Any) -> Any:
-        if isinstance(table, dict) and table.get("preset") is not None and isinstance(table.get("material", {}), dict):
-            return {**table, "material": {**material(str(table["preset"])).model_dump(), **table.get("material", {})}}
+        if (
+            isinstance(table, dict)
+            and isinstance(table.get("preset"), str)
+            and isinstance(table.get("material", {}), dict)
+        ):
+            return {**table, "material": {**material(table["preset"]).model_dump(), **table.get("material", {})}}
         return table
 
     @field_validator("vary")
