@@ -1,39 +1,41 @@
-"""The study of failure on two tiny packings: its numbers mean nothing, its files are those of any study."""
+"""The study of failure on two tiny packings and a sand: its numbers mean nothing, its files are those of any study."""
 
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import rendulic as rd
+from rendulic.figures.of_study import draw_study
 from rendulic.io.tables import read_dataset
 from rendulic.probing.burst import VERDICTS
-from rendulic.study.draw import needed_by
-from rendulic.study.execution.campaign import run_study
-from rendulic.study.failure_tables import burst_text
-from rendulic.study.language.config import Study
+from rendulic.study.execution.campaign import results_in, run_study
+from rendulic.study.ids import StateId
+from rendulic.study.language.study import Study
 from rendulic.study.plan import plan_of
-from rendulic.study.sands import around_and_within
+from rendulic.study.tasks.bursts import around_and_within
+from rendulic.views.catalogue import catalogue, check_figures
 
-FIGURES = ("cones", "map", "bursts", "anatomy")
-TINY = {
-    "specimen": {"n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3},
+FIGURES = ("cones", "amplitude", "map", "bursts")
+GRAINS = {
+    "kind": "grains", "n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3, "axial_strain": 0.15,
     "loading": {"inertial_number": 2e-4},
-    "packing": [
-        {"name": "loose", "seeds": [2], "eta": (0.1, 0.2), "axial_strain": 0.15},
-        {"name": "dense", "seeds": [2], "eta": (0.2,), "axial_strain": 0.15, "growth_friction": 0.0},
-    ],
-    "probes": [
-        {"name": "sphere", "packings": ["loose"], "eta": (0.2,), "sphere_directions": 20, "norms": [1e-4], "n_steps": 100},
-        {"name": "anatomy", "packings": ["loose"], "step_deg": 45.0, "norms": [1e-4], "n_steps": 100, "anatomy": True},
+}  # fmt: skip
+TINY = {
+    "specimen": [
+        {"name": "loose", "seeds": [2], "eta": (0.1, 0.2), **GRAINS},
+        {"name": "dense", "seeds": [2, 3], "eta": (0.2,), "growth_friction": 0.0, **GRAINS},
+        {"name": "sand", "kind": "chang_hicher", "preset": "hostun_loose", "void_ratios": [0.9], "eta": (0.8, 1.0)},
     ],
     "cones": [
-        {"name": "cones", "norm": 1e-4, "norms": (2e-5, 5e-5, 1e-4), "n_steps": 20, "step_deg": 45.0, "tolerance_deg": 10.0},
-        {"name": "stress", "eta": (0.2,), "answering": "cones", "norm": 1e-4, "n_steps": 100, "step_deg": 45.0,
-         "tolerance_deg": 10.0},
+        {"name": "cones", "specimens": ["loose", "dense"], "seeds": [2], "norm": 1e-4, "norms": (2e-5, 5e-5, 1e-4),
+         "n_steps": 20, "step_deg": 45.0, "tolerance_deg": 10.0},
+        {"name": "sand", "specimens": ["sand"], "norm": 1e-6, "step_deg": 10.0},
     ],
-    "bursts": [{"name": "bursts", "cones": "cones", "n_steps": 100, "step_deg": 120.0}],
+    "bursts": [
+        {"name": "bursts", "cones": "cones", "n_steps": 100, "step_deg": 120.0},
+        {"name": "sand", "cones": "sand", "norm": 1e-9, "step_deg": 60.0},
+    ],
     "figures": {"draw": FIGURES},
 }  # fmt: skip
 
@@ -41,37 +43,43 @@ TINY = {
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("failure")
-    return folder, run_study(Study.model_validate(TINY), folder).figures
+    run = run_study(Study.model_validate(TINY), folder)
+    return folder, draw_study(run.results, FIGURES)
+
+
+@pytest.fixture
+def results(done):
+    """Read anew."""
+    return results_in(done[0])
 
 
 def test_every_figure_and_table_is_made(done):
-    folder, files = done
-    assert set(files) == set(FIGURES)
-    for name, made in files.items():
-        assert {file.suffix for file in made} >= {".png", ".pdf"}
-        for file in made:
-            assert file.parent == folder
-            assert file.name.startswith(name)
-            assert file.stat().st_size > (4000 if file.suffix in (".png", ".pdf") else 300)
-    assert not [path for path in folder.rglob("*") if path.suffix in (".tmp", ".part")]
+    folder, drawn = done
+    made = {name: {file.name for one in each for file in one.files} for name, each in drawn.items()}
+    assert {"cones.png", "cones.md", "cones_diagrams.pdf", "cones_amplitude_dense_seed_2.png"} < made["cones"]
+    assert {"amplitude_loose_seed_2.png", "amplitude_dense_seed_2.md"} < made["amplitude"]
+    assert made["map"] == {"map.png", "map.pdf", "map.md", "map.nc"}
+    assert {"bursts.png", "bursts.md", "bursts.nc", "bursts_curves.png", "bursts_equation_1.png"} < made["bursts"]
+    for name in set().union(*made.values()):
+        assert (folder / name).stat().st_size > (4000 if name.endswith((".png", ".pdf")) else 100)
 
 
 def test_bursts_are_told_state_by_state(done):
-    folder, files = done
-    assert {folder / "bursts.csv", folder / "bursts.md"} <= set(files["bursts"])
-    rows = pd.read_csv(folder / "bursts.csv").dropna(subset=["w2_normalised"])
-    states = [f"loose, seed 2, eta = {eta}" for eta in (0.1, 0.2)] + ["dense, seed 2, eta = 0.2"]
-    assert set(states) < set(rows.state)
-    assert set(rows.verdict) <= set(VERDICTS)
+    folder, _ = done
+    rows = read_dataset(folder / "bursts.nc")
+    states = ["loose, seed 2, eta = 0.1", "loose, seed 2, eta = 0.2", "dense, seed 2, eta = 0.2"]
+    sands = ["sand, e = 0.9, eta = 0.8", "sand, e = 0.9, eta = 1"]
+    assert list(dict.fromkeys(rows.state.values)) == [*states, *sands]
+    assert set(rows.verdict.values) <= set(VERDICTS)
     text = (folder / "bursts.md").read_text(encoding="utf-8")
     for state in states:
-        here = rows[rows.state == state]
-        assert set(here["alpha [degree]" if "alpha [degree]" in here else "alpha"]) >= {0.0, 120.0, 240.0}
+        assert set(rows.alpha.values[rows.state.values == state]) >= {0.0, 120.0, 240.0}
         assert f"| {state} |" in text
     # the model: whatever is predicted to fail cannot be controlled, and only that
-    model = rows[rows.state.str.startswith("Chang-Hicher")]
-    assert (model.predicted == model.observed).all()
+    model = rows.isel(burst=np.isin(rows.state.values, sands))
+    assert (model.predicted.values == model.observed.values).all()
     assert model.predicted.any()
+    assert text.index(states[-1]) < text.index("a test of the code and no evidence") < text.index(sands[0])
 
 
 def test_every_burst_keeps_its_curve(done):
@@ -86,32 +94,56 @@ def test_every_burst_keeps_its_curve(done):
 
 
 def test_maps_and_cones_are_those_of_the_states(done):
-    folder, _ = done
-    table = read_dataset(folder / "map_grains_loose.nc")
-    assert table.eta.values.tolist() == [0.1, 0.2]
-    cone = rd.cone_of(read_dataset(folder / "loose_seed_2" / "cone_cones_eta_0.200.nc").sel(norm=1e-4))
-    assert float(table.smallest_w2n.sel(eta=0.2, specimen=2)) == cone.smallest_w2n
-    dense = read_dataset(folder / "map_grains_dense.nc")
-    assert dense.sizes["eta"] == 1
-    model = read_dataset(folder / "map_chang_hicher_loose_drained.nc")
-    assert 0.9 < float(model.first_eta[0]) < 0.95
+    """Grains and sand in one table, each at its own stress ratios; a panel for each specimen."""
+    folder, drawn = done
+    table = read_dataset(folder / "map.nc")
+    assert table.eta.values.tolist() == [0.1, 0.2, 0.8, 1.0]
+    cone = rd.cone_of(read_dataset(folder / "loose_seed_2" / "cones_cones_eta_0.200.nc").sel(norm=1e-4))
+    assert float(table.smallest_w2n.sel(eta=0.2, specimen="loose, seed 2")) == cone.smallest_w2n
+    assert np.isnan(table.smallest_w2n.sel(eta=0.8, specimen="dense, seed 2"))
+    assert table.n_present.sel(name="loose").values.tolist() == [1, 1, 0, 0]
+    (view,) = (one.view for one in drawn["map"])
+    assert [panel.label for panel in view.panels] == ["loose", "dense", "sand"]
+    assert [panel.samples[0].track.at.tolist() for panel in view.panels] == [[0.1, 0.2], [0.2], [0.8, 1.0]]
+    assert 0.8 < float(table.first_eta.sel(specimen="sand, e = 0.9")) < 1.0
+
+
+def test_what_is_missing_leaves_a_gap(done, results):
+    """Without one cone and the bursts of grains, all else is shown as before."""
+    gone = StateId("loose", "seed", 2, 0.2)
+    taken = [unit for (_, state), units in results.plan.of("cones").items() if state == gone for unit in units]
+    taken += [unit for (name, _), units in results.plan.of("bursts").items() if name == "bursts" for unit in units]
+    results.done -= {unit.key for unit in taken}
+    views = {name: dict(catalogue()[name].views(results)) for name in FIGURES}
+    track = views["map"]["map"].panels[0].samples[0].track
+    assert np.isfinite(track.smallest).tolist() == [True, False]
+    assert str(gone) not in [row.label for row in views["cones"]["cones"].rows]
+    assert set(views["bursts"]) == {"bursts"}
+    assert [one.is_watched for one in views["bursts"]["bursts"].panels] == [False, False]
+    assert set(views["amplitude"]) == {"amplitude_loose_seed_2", "amplitude_dense_seed_2"}
+
+
+def test_nothing_finished_shows_nothing(results):
+    results.done -= results.done
+    for name in FIGURES:
+        assert catalogue()[name].views(results) == {}
+
+
+def test_figures_say_what_they_lack():
+    plan = plan_of(Study.model_validate(TINY | {"cones": TINY["cones"][1:], "bursts": []}))
+    with pytest.raises(rd.RendulicError, match=r"bursts needs a \[\[bursts\]\] set, and the study has none"):
+        check_figures(plan, ["bursts"])
+    with pytest.raises(rd.RendulicError, match=r"amplitude needs a \[\[cones\]\] set with several norms"):
+        check_figures(plan, ["map", "amplitude"])
 
 
 def test_a_second_run_finds_everything(done):
     folder, _ = done
-    stages = [path for path in folder.rglob("*") if path.suffix in (".h5", ".nc") and not path.name.startswith("map_")]
+    stages = [path for path in folder.rglob("*") if path.suffix in (".h5", ".nc") and path.parent != folder]
     before = {path: path.stat().st_mtime_ns for path in stages}
     assert len(before) > 40
-    assert run_study(Study.model_validate(TINY), folder, figures=["map", "anatomy"]).outcome.made == 0
+    assert run_study(Study.model_validate(TINY), folder).outcome.made == 0
     assert {path: path.stat().st_mtime_ns for path in stages} == before
-
-
-def test_an_anatomy_needs_no_other_packing():
-    study = Study.model_validate(TINY | {"figures": {"draw": ["anatomy"]}})
-    plan = plan_of(study)
-    needed = plan.needed_for(needed_by(plan, "anatomy"))
-    assert sum(unit.kind == "packing" for unit in needed.values()) == 1
-    assert {unit.kind for unit in needed.values()} == {"packing", "state", "probes", "dissection"}
 
 
 def test_directions_lie_all_around_and_within_every_sector():
@@ -123,25 +155,3 @@ def test_directions_lie_all_around_and_within_every_sector():
     assert set(np.arange(0.0, 360.0, 60.0)) < set(alpha)
     inside = alpha[(alpha > first) & (alpha < last)]
     assert np.allclose((inside[inside % 60.0 > 0.0] - first) / (last - first), [0.25, 0.5, 0.75])
-
-
-def test_disagreements_are_listed():
-    """Four directions, of which one settles against its prediction and one is undecided."""
-    import xarray as xr
-
-    table = xr.Dataset(
-        {
-            "w2_normalised": ("alpha", [0.9, -0.4, -0.5, 0.1]), "predicted": ("alpha", [False, True, True, False]),
-            "observed": ("alpha", [False, True, False, False]), "verdict": ("alpha", [0, 1, 0, 3]),
-            "to_edge": ("alpha", [90.0, 20.0, 20.0, 4.0]), "ratio": ("alpha", [0.0, 1.0, 0.5, 0.2]),
-            "w2_normalised_opposite": ("alpha", [-0.1, 0.9, 0.9, 0.9]),
-            "w2_normalised_lasting": ("alpha", [0.9, -0.3, -0.2, 0.1]),
-        },
-        {"alpha": [0.0, 120.0, 140.0, 160.0]},
-    )  # fmt: skip
-    text = burst_text({"a state": table})
-    # the first direction is stable and its opposite is not, the last is near an edge
-    assert "| a state | 2 | 1 | 0 | 0 | 0 | 0 | 1 of 2 |  |" in text
-    assert "| a state | 140 | 0.50 | -0.50 | -0.20 | +0.90 | settles |  |  |  |" in text
-    assert "| a state | 160 | 0.20 | +0.10 | +0.10 | +0.90 | undecided |  |  | edge |" in text
-    assert "| 120 | 1.00 | -0.40 **fails** |" in text

@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
-from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.edges import is_unknown
-from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
+from rendulic.views.amplitude import Amplitude, Sizes
+from rendulic.views.amplitude import amplitude as amplitude_view
+from rendulic.views.circular import LANDMARKS
+from rendulic.views.cones import ConeOfState, Cones
+from rendulic.views.cones import cones as cones_view
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,55 +23,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rendulic.probing.cone import Cone
+    from rendulic.views.sectors import Track
 
-__all__ = [
-    "GREY",
-    "TURNS",
-    "amplitude",
-    "cones",
-    "direction_range",
-    "draw_edges",
-    "draw_sector",
-    "landmarks",
-    "say_none",
-]
+__all__ = ["GREY", "amplitude", "cones", "direction_ticks", "draw_smallest", "draw_track", "landmarks", "say_none"]
 
-LANDMARKS = (
-    ("isotropic compression", ISOTROPIC_COMPRESSION),
-    ("axial compression", AXIAL_COMPRESSION),
-    ("undrained compression", ISOCHORIC_COMPRESSION),
-    ("isotropic extension", ISOTROPIC_COMPRESSION + 180.0),
-    ("axial extension", AXIAL_COMPRESSION + 180.0),
-    ("undrained extension", ISOCHORIC_COMPRESSION + 180.0),
-)
-MARGIN = 10.0  # degrees about the directions that are shown
-TURNS = (-360.0, 0.0, 360.0)  # what has a direction is drawn at all of these; the axes cut what is out of sight
 GREY = "#777777"
-
-
-def direction_range(first, last) -> tuple[float, float]:
-    """Directions in degrees to show sectors in: about all of them, or all around if they lie apart.
-
-    Parameters
-    ----------
-    first, last : arrays
-        Edges, `last` beyond `first`; NaN are left out.
-
-    Examples
-    --------
-    >>> direction_range([116.0], [145.0])
-    (105.0, 165.0)
-    >>> direction_range([350.0], [370.0])
-    (0.0, 360.0)
-    """
-    first, last = np.ravel(first), np.ravel(last)
-    known = np.isfinite(first) & np.isfinite(last)
-    if not known.any() or last[known].max() > 360.0 or np.ptp([first[known].min(), last[known].max()]) > 180.0:
-        return 0.0, 360.0
-    # the landmark that the cone is compared with stays in sight
-    low = min(first[known].min(), ISOCHORIC_COMPRESSION) - MARGIN
-    high = max(last[known].max(), ISOCHORIC_COMPRESSION) + MARGIN
-    return float(max(15.0 * np.floor(low / 15.0), 0.0)), float(min(15.0 * np.ceil(high / 15.0), 360.0))
 
 
 def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
@@ -85,45 +45,49 @@ def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
     Open bars: the smallest W2n does not exceed the drift. An edge without an error bar and with a question
     mark could be made by the drift alone. Right: the bar about a value is the drift's share in it.
     """
-    sectors = [sector for cone in found.values() for sector in cone.strain_sectors]
-    low, high = direction_range([first for first, _ in sectors], [last for _, last in sectors])
-    figure = new_figure(7.4, 1.5 + 0.34 * len(found))
+    return _cones(cones_view(found, title))
+
+
+@draw.register(Cones)
+def _cones(view: Cones) -> Figure:
+    figure = new_figure(7.4, 1.5 + 0.34 * len(view.rows))
     with mpl.rc_context(RC):
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.2, 1.0))
-        for row, cone in enumerate(found.values()):
-            _sector_bars(left, row, cone)
-            colour = NEGATIVE if cone.smallest_w2n < 0.0 else COLOURS[0]
+        for row, cone in enumerate(view.rows):
+            _sector_bars(left, row, cone, view.low, view.high)
+            colour = NEGATIVE if cone.smallest < 0.0 else COLOURS[0]
             right.errorbar(
-                cone.smallest_w2n, row, xerr=cone.drift_share, fmt="o", ms=4.5, color=colour, capsize=2.5, lw=1.0,
+                cone.smallest, row, xerr=cone.drift_share, fmt="o", ms=4.5, color=colour, capsize=2.5, lw=1.0,
                 mfc=colour if cone.is_significant else "white",
             )  # fmt: skip
-        landmarks([left], low, high)
-        left.set_yticks(range(len(found)), list(found))
-        left.set_ylim(len(found) - 0.4, -0.6)
-        left.set_xlim(low, high)
-        left.xaxis.set_major_locator(mpl.ticker.MultipleLocator(60 if high - low > 180.0 else 15))
+        landmarks([left], view.low, view.high)
+        left.set_yticks(range(len(view.rows)), [cone.label for cone in view.rows])
+        left.set_ylim(len(view.rows) - 0.4, -0.6)
+        left.set_xlim(view.low, view.high)
+        direction_ticks(left.xaxis, view.low, view.high)
         left.set_xlabel(r"direction of strain increment $\alpha$  [deg]")
         left.tick_params(axis="y", length=0)
         right.axvline(0.0, color=INK, lw=0.6)
         right.set_xlabel(r"smallest $W_{2n}$")
         right.margins(x=0.12)
         right.tick_params(axis="y", length=0)
-        figure.suptitle(title, x=0.02, ha="left")
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure
 
 
-def _sector_bars(axes: Axes, row: int, cone: Cone) -> None:
-    if not cone.strain_sectors:
+def _sector_bars(axes: Axes, row: int, cone: ConeOfState, low: float, high: float) -> None:
+    if not cone.sectors:
         say_none(axes, row)
     face = mpl.colors.to_rgba(NEGATIVE, 0.35 * cone.is_significant)
-    for sector, uncertainty in zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True):
-        for first, last in (np.add(sector, turn) for turn in TURNS):
-            axes.barh(row, last - first, left=first, height=0.5, facecolor=face, edgecolor=NEGATIVE, lw=0.8)
-            for at, width in zip((first, last), uncertainty, strict=True):
-                if is_unknown(width):
-                    axes.annotate("?", (at, row), ha="center", va="center", color=INK, fontsize=9)
-                else:
-                    axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
+    for sector in (turned for one in cone.sectors for turned in one.within(low, high)):
+        axes.barh(
+            row, sector.last - sector.first, left=sector.first, height=0.5, facecolor=face, edgecolor=NEGATIVE, lw=0.8
+        )
+        for at, width in sector.edges:
+            if is_unknown(width):
+                axes.annotate("?", (at, row), ha="center", va="center", color=INK, fontsize=9, annotation_clip=True)
+            else:
+                axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
 
 
 def say_none(axes: Axes, height: float, unit: str = "data") -> None:
@@ -132,21 +96,37 @@ def say_none(axes: Axes, height: float, unit: str = "data") -> None:
     axes.annotate("none", (0.5, height), xycoords=where, ha="center", va="center", color=GREY, fontsize=8)
 
 
-def draw_sector(axes: Axes, abscissa, first, last, **look: Any) -> None:
-    """Fill between two curves of directions in degrees, also across 0."""
-    for turn in TURNS:
-        axes.fill_between(abscissa, first + turn, last + turn, lw=0, **look)
+def direction_ticks(axis: Any, low: float, high: float) -> None:
+    """Ticks of an axis of directions that shows those from `low` to `high` degrees."""
+    axis.set_major_locator(mpl.ticker.MultipleLocator(60 if high - low > 180.0 else 15))
 
 
-def draw_edges(axes: Axes, abscissa, alpha, uncertainty, colour: str, link: str = "") -> None:
-    """Edges in degrees as dots with error bars; open dots, without, where the drift alone could make the edge."""
-    is_known = ~is_unknown(uncertainty)
-    for turn in TURNS:
-        axes.errorbar(
-            abscissa, alpha + turn, yerr=np.where(is_known, uncertainty, np.nan), fmt=f"o{link}", ms=3, lw=1.0,
-            color=colour, ecolor=INK, elinewidth=0.9, capsize=1.4,
-        )  # fmt: skip
-        axes.plot(abscissa, np.where(is_known, np.nan, alpha + turn), "o", mfc="white", mec=colour, ms=4, zorder=3)
+def draw_track(axes: Axes, track: Track, low: float, high: float, colour: str, shift: float = 0.0) -> None:
+    """Sectors of a track from edge to edge, joined where one goes on in the next; abscissas moved by `shift`."""
+    for at, one, beyond, other in track.bands():
+        for turn in (turned.first - one.first for turned in one.within(low, high)):
+            pair = (at + shift, beyond + shift)
+            first, last = ([getattr(sector, end) + turn for sector in (one, other)] for end in ("first", "last"))
+            axes.fill_between(pair, first, last, color=colour, alpha=0.15, lw=0)
+            for ends in (first, last):
+                axes.plot(pair, ends, "-", color=colour, lw=1.0)
+    for at, here in zip(track.at + shift, track.sectors, strict=True):
+        for sector in (turned for one in here for turned in one.within(low, high)):
+            axes.plot([at, at], [sector.first, sector.last], "-", color=colour, lw=2.5, alpha=0.35)
+            for edge, width in sector.edges:
+                if is_unknown(width):
+                    axes.plot(at, edge, "o", mfc="white", mec=colour, ms=4, zorder=3)
+                else:
+                    axes.errorbar(at, edge, yerr=width, fmt="o", ms=3, color=colour, ecolor=INK, lw=0.9, capsize=1.4)
+
+
+def draw_smallest(axes: Axes, track: Track, colour: str, **look: Any) -> None:
+    """Smallest W2n along a track, open where its sign is not sure."""
+    sure = track.is_significant
+    axes.axhline(0.0, color=INK, lw=0.6)
+    axes.plot(track.at, track.smallest, "-", color=colour, lw=1.0, **look)
+    axes.plot(track.at[sure], track.smallest[sure], "o", color=colour, ms=3.5)
+    axes.plot(track.at[~sure], track.smallest[~sure], "o", mfc="white", mec=colour, ms=4)
 
 
 def landmarks(row: Sequence[Axes], low: float, high: float, upright: bool = True) -> None:
@@ -159,7 +139,7 @@ def landmarks(row: Sequence[Axes], low: float, high: float, upright: bool = True
     """
     look: Any = {"fontsize": 7, "color": GREY, "linespacing": 1.0}
     last = row[-1]
-    for name, alpha in LANDMARKS:
+    for name, alpha in LANDMARKS.items():
         if low < alpha < high:
             for axes in row:
                 (axes.axvline if upright else axes.axhline)(alpha, color=FAINT, lw=0.8, zorder=0)
@@ -173,7 +153,7 @@ def landmarks(row: Sequence[Axes], low: float, high: float, upright: bool = True
 
 
 def amplitude(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
-    """Smallest W2n and edges of the widest sector against the size of the probes, state by state.
+    """Smallest W2n and edges of the unstable sectors against the size of the probes, state by state.
 
     Parameters
     ----------
@@ -190,50 +170,45 @@ def amplitude(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     Raises
     ------
     InvalidInput
-        If a table has no norms.
+        If a table has no norms, or some are of strain and some of stress probes.
     """
-    for label, table in tables.items():
-        if "norm" not in table.dims or "is_plateau" not in table:
-            raise InvalidInput(f"a figure of amplitudes needs tables of rd.cones_by_amplitude, {label!r} is none")
-    low, high = direction_range(
-        np.concatenate([t.edge_from.values.ravel() for t in tables.values()]),
-        np.concatenate([t.edge_to.values.ravel() for t in tables.values()]),
-    )
-    figure = new_figure(0.8 + 3.3 * len(tables), 4.6)
+    return _amplitude(amplitude_view(tables, title))
+
+
+@draw.register(Amplitude)
+def _amplitude(view: Amplitude) -> Figure:
+    figure = new_figure(0.8 + 2.7 * max(len(view.columns), 2), 4.6)
     with mpl.rc_context(RC):
-        grid = figure.subplots(2, len(tables), sharex="col", sharey="row", squeeze=False, height_ratios=(3, 2))
-        for (upper, lower), (label, table) in zip(grid.T, tables.items(), strict=True):
-            _amplitude_column(upper, lower, table)
-            upper.set_title(f"{label}\n", loc="left")
-            plateau = table.plateau_verdict if table.is_plateau.any() else "none"
-            upper.annotate(f"plateau {plateau}", (0.0, 1.03), xycoords="axes fraction", fontsize=8, color=COLOURS[0])
-            unit = "" if table.attrs["kind"] == "strain" else "  [Pa]"
-            lower.set_xlabel(rf"norm of the {table.attrs['kind']} increment{unit}")
-        smallest = np.concatenate([table.smallest_w2n.values for table in tables.values()])
+        grid = figure.subplots(2, len(view.columns), sharex="col", sharey="row", squeeze=False, height_ratios=(3, 2))
+        for (upper, lower), one in zip(grid.T, view.columns, strict=True):
+            _amplitude_column(upper, lower, one, view)
+            upper.set_title(f"{one.track.label}\n", loc="left")
+            words = f"plateau {one.found if one.plateau else 'none'}"
+            upper.annotate(words, (0.0, 1.03), xycoords="axes fraction", fontsize=8, color=COLOURS[0])
+            lower.set_xlabel(view.quantity)
+        smallest = np.concatenate([one.track.smallest for one in view.columns])
         grid[0, 0].set_ylim(min(-0.4, 1.15 * np.nanmin(smallest)), max(0.4, 1.15 * np.nanmax(smallest)))
         grid[0, 0].set_ylabel(r"smallest $W_{2n}$")
-        grid[1, 0].set_ylabel("edges of the widest\nunstable sector  [deg]")
-        grid[1, 0].set_ylim(low, high)
-        grid[1, 0].yaxis.set_major_locator(mpl.ticker.MultipleLocator(60 if high - low > 180.0 else 15))
-        figure.suptitle(title, x=0.02, ha="left")
+        grid[1, 0].set_ylabel("edges of the\nunstable sectors  [deg]")
+        grid[1, 0].set_ylim(view.low, view.high)
+        direction_ticks(grid[1, 0].yaxis, view.low, view.high)
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure
 
 
-def _amplitude_column(upper: Axes, lower: Axes, table: xr.Dataset) -> None:
-    norm, smallest, sure = table.norm.values, table.smallest_w2n.values, table.is_significant.values
-    share = np.minimum(np.nan_to_num(table.drift_share.values, nan=2.0), 2.0)
-    upper.fill_between(norm, -share, share, color=FAINT, lw=0, label="drift")
-    upper.axhline(0.0, color=INK, lw=0.6)
-    upper.plot(norm, smallest, "-", color=NEGATIVE, lw=1.2)
-    upper.plot(norm[sure], smallest[sure], "o", color=NEGATIVE, ms=4)
-    upper.plot(norm[~sure], smallest[~sure], "o", mfc="white", mec=NEGATIVE, ms=4.5)
+def _amplitude_column(upper: Axes, lower: Axes, one: Sizes, view: Amplitude) -> None:
+    track = one.track
+    share = np.minimum(np.nan_to_num(track.drift_share, nan=2.0), 2.0)
+    upper.fill_between(track.at, -share, share, color=FAINT, lw=0, label="drift")
+    draw_smallest(upper, track, NEGATIVE)
     upper.set_xscale("log")
+    if np.log10(track.at[-1] / track.at[0]) < 2.0:  # decades alone would leave the axis without numbers
+        shown = track.at[:: -(-len(track.at) // 4)]
+        lower.set_xticks(shown, [f"{norm:g}" for norm in shown])
+        lower.xaxis.set_minor_formatter(mpl.ticker.NullFormatter())
     for axes in (upper, lower):
-        if table.is_plateau.any():
-            axes.axvspan(table.plateau_from, table.plateau_to, color=COLOURS[4], alpha=0.18, lw=0, zorder=0)
-    if not table.n_sectors.any():
+        if one.plateau:
+            axes.axvspan(*one.plateau, color=COLOURS[4], alpha=0.18, lw=0, zorder=0)
+    if not any(track.sectors):
         say_none(lower, 0.5, "axes fraction")
-    ends = [table[name].isel(sector=0).values for name in ("edge_from", "edge_to")]
-    draw_sector(lower, norm, *ends, color=NEGATIVE, alpha=0.15)
-    for values, name in zip(ends, ("edge_from_uncertainty", "edge_to_uncertainty"), strict=True):
-        draw_edges(lower, norm, values, table[name].isel(sector=0).values, NEGATIVE, "-")
+    draw_track(lower, track, view.low, view.high, NEGATIVE)

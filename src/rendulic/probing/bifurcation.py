@@ -202,7 +202,9 @@ def first_negative(eta: np.ndarray, smallest: np.ndarray, is_sure: np.ndarray) -
     after = int(negative[0])
     positive = sure[(sure < after) & (smallest[sure] > 0.0)]
     if not len(positive):
-        return (*nowhere, f"W2 is negative from eta = {eta[after]:g} on, the first that was probed")
+        probed = np.isfinite(smallest[:after]).any()
+        reason = "before it no sign is sure" if probed else "the first that was probed"
+        return (*nowhere, f"W2 is negative from eta = {eta[after]:g} on, {reason}")
     before = int(positive[-1])
     share = smallest[before] / (smallest[before] - smallest[after])
     at = float(eta[before] + share * (eta[after] - eta[before]))

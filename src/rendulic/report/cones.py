@@ -1,156 +1,123 @@
-"""The cone map: unstable sectors against the stress ratio, and the smallest second-order work."""
+"""Cones of unstable directions, and how they depend on the size of the probes, with plotly."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 
-import numpy as np
-
-from rendulic.probing.cone import Cone
-from rendulic.probing.edges import give_or_take, is_unknown
-from rendulic.report.figure import SYMBOLS, Figure, Section, Table, Trace, categories, numbers
-from rendulic.report.findings import Findings, panel_label
-from rendulic.study.plan import Place
+from rendulic.report.figure import Figure, Trace, numbers
+from rendulic.report.tracks import edge_traces, level, sector_traces, smallest_trace
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
+from rendulic.views.amplitude import Amplitude, Sizes
+from rendulic.views.cones import ConeOfState, Cones
 
-__all__ = ["cones"]
+__all__ = ["amplitude", "cones"]
 
-Found = dict[Place, Cone]
-SPREAD = 0.004  # of the stress ratio, between packings at the same one
+ROW = 26  # pixels
+ZERO = {"color": "--negative", "width": 1.2, "dash": "dash"}
+ISOCHORIC = {"color": "--muted", "width": 1, "dash": "dot"}
 
 
-def cones(findings: Findings) -> Section | None:
-    """Of every set of cones."""
-    if not findings.cones:
-        return None
-    sets: dict[str, Found] = {}
-    for (name, place), cone in findings.cones.items():
-        sets.setdefault(f"{cone.kind} probes '{name}'", {})[place] = cone
-    unstable = sum(not cone.is_empty for cone in findings.cones.values())
-    figure = Figure(
+def cones(views: Mapping[str, Cones]) -> Figure:
+    """Rows of states: sectors as bars, and beside them the smallest W2n."""
+    first = next(iter(views.values()))
+    low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
+    return Figure(
         "cones",
-        "Above: directions of strain within which second-order work is negative, for each state (bars); thin lines at "
-        "their ends are the uncertainty of the edges; open dots: no unstable direction was found. Below: the smallest "
-        "normalised "
-        f"second-order work, bars are the drift's share in it. {unstable} of {len(findings.cones)} cones are not "
-        "empty.",
-        {name: {"": _map(found)} for name, found in sets.items()},
+        f"{first.verdict} {first.caption}" if len(views) == 1 else first.caption,
+        {label: {"": _rows(view, low, high)} for label, view in views.items()},
         {
-            "height": 640,
-            "xaxis": {"title": {"text": "stress ratio η = q/p"}, "anchor": "y2"},
-            "yaxis": {"title": {"text": "α [°]"}, "domain": [0.48, 1.0], "dtick": 60, "range": [0, 360]},
-            "yaxis2": {"title": {"text": "smallest W2n"}, "domain": [0.0, 0.4]},
+            "height": 140 + ROW * max(len(view.rows) for view in views.values()),
+            "barmode": "overlay",
+            "xaxis": {
+                "title": {"text": "direction of the strain increment α [°]"}, "domain": [0.0, 0.66],
+                "range": [low, high], "dtick": 60 if high - low > 180.0 else 15,
+            },
+            "xaxis2": {"title": {"text": "smallest W2n"}, "domain": [0.7, 1.0]},
+            "yaxis": {"autorange": "reversed", "type": "category"},
             "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
         },
         choice="Probes",
-    )
-    return Section("cones", "Cones of unstable directions", parts=[figure, _table(sets)])
+    )  # fmt: skip
 
 
-def _map(found: Found) -> list[Trace]:
-    panels = list(dict.fromkeys((place.packing, place.seed) for place in found))
-    etas = numbers([min(place.eta for place in found), max(place.eta for place in found)])
-    line = {"type": "scatter", "mode": "lines", "hoverinfo": "skip", "showlegend": False}
-    traces: list[Trace] = [
-        line | {"x": etas, "y": [0, 0], "yaxis": "y2", "line": {"color": "--negative", "width": 1.2, "dash": "dash"}},
-        line
-        | {"x": etas, "y": [ISOCHORIC_COMPRESSION] * 2, "name": "isochoric", "showlegend": True}
-        | {"line": {"color": "--muted", "width": 1, "dash": "dot"}},
-    ]
-    for k, (panel, colour) in enumerate(zip(panels, categories(len(panels)), strict=True)):
-        own = {place: cone for place, cone in found.items() if place[:2] == panel}
-        aside = SPREAD * (k - 0.5 * (len(panels) - 1))
-        traces += _sectors(own, panel_label(panel), colour, aside)
-        traces.append(_smallest(own, panel_label(panel), colour, SYMBOLS[k % len(SYMBOLS)]))
-    return traces
+def _rows(view: Cones, low: float, high: float) -> list[Trace]:
+    seen = [(row, one) for row in view.rows for sector in row.sectors for one in sector.within(low, high)]
+    labels = [row.label for row in view.rows]
+    ends = [labels[0], labels[-1]]
+    points = [(row.label, edge, width) for row, one in seen for edge, width in one.edges]
+    none = [row.label for row in view.rows if not row.sectors]
+    line: Trace = {"type": "scatter", "mode": "lines", "hoverinfo": "skip", "y": ends}
+    return [
+        line | {"x": [ISOCHORIC_COMPRESSION] * 2, "line": ISOCHORIC, "name": "undrained compression"},
+        line | {"x": [0, 0], "xaxis": "x2", "line": ZERO, "showlegend": False},
+        {
+            "type": "bar", "orientation": "h", "y": [row.label for row, _ in seen], "showlegend": False,
+            "base": numbers([one.first for _, one in seen]), "x": numbers([one.last - one.first for _, one in seen]),
+            "marker": {"color": "--negative", "opacity": [0.75 if row.is_significant else 0.25 for row, _ in seen]},
+            "width": 0.6, "text": [str(one) for _, one in seen], "textposition": "none",
+            "hovertemplate": "%{y}<br>unstable from %{text}<extra></extra>",
+        },
+        *edge_traces(points, upright=False),
+        {
+            "type": "scatter", "mode": "text", "y": none, "x": [0.5 * (low + high)] * len(none),
+            "text": ["none"] * len(none), "hoverinfo": "skip", "showlegend": False,
+        },
+        _smallest(view.rows),
+    ]  # fmt: skip
 
 
-def _sectors(own: Found, label: str, colour: str, aside: float) -> list[Trace]:
-    traces: list[Trace] = []
-    common = {"type": "scatter", "legendgroup": label, "showlegend": False, "name": label}
-    for place, cone in own.items():
-        eta = float(f"{place.eta + aside:.5g}")
-        for (first, last), (low, high) in _with_turns(cone):
-            traces.append(common | {
-                "mode": "lines", "x": [eta, eta, eta], "y": numbers([first, 0.5 * (first + last), last]),
-                "line": {"color": colour, "width": 9}, "opacity": 0.85 if cone.is_significant else 0.35,
-                "text": [f"{place}<br>{_span(first % 360.0, first % 360.0 + last - first, low, high)}"] * 3,
-                "hovertemplate": "%{text}<extra></extra>",
-            })  # fmt: skip
-            ends = [
-                (edge, shift)
-                for edge, shift in ((first, low), (last, high))
-                if np.isfinite(shift) and not is_unknown(shift)
-            ]
-            if ends:
-                traces.append(common | {
-                    "mode": "markers", "x": [eta] * len(ends), "y": numbers([edge for edge, _ in ends]),
-                    "hoverinfo": "skip",
-                    "marker": {"size": 1, "color": "--ink"},
-                    "error_y": {
-                        "array": numbers([shift for _, shift in ends]), "color": "--ink", "thickness": 1.5, "width": 6,
-                    },
-                })  # fmt: skip
-    empty = [place for place, cone in own.items() if not cone.strain_sectors]
-    if empty:
-        traces.append(common | {
-            "mode": "markers", "x": numbers([place.eta + aside for place in empty]),
-            "y": [ISOCHORIC_COMPRESSION] * len(empty),
-            "marker": {"symbol": "circle-open", "color": colour, "size": 7},
-            "text": [f"{place}<br>no unstable direction" for place in empty], "hovertemplate": "%{text}<extra></extra>",
-        })  # fmt: skip
-    return traces
-
-
-def _with_turns(cone: Cone) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
-    """Sectors with the uncertainty of their edges; one that goes beyond 360 degrees is drawn a turn lower, too."""
-    for (first, last), uncertainty in zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True):
-        yield (first, last), uncertainty
-        if last > 360.0:
-            yield (first - 360.0, last - 360.0), uncertainty
-
-
-def _smallest(own: Found, label: str, colour: str, symbol: str) -> Trace:
-    symbols = [symbol if cone.is_significant else f"{symbol}-open" for cone in own.values()]
+def _smallest(rows: tuple[ConeOfState, ...]) -> Trace:
     return {
-        "type": "scatter", "mode": "lines+markers", "yaxis": "y2", "name": label, "legendgroup": label,
-        "x": numbers([place.eta for place in own]), "y": numbers([cone.smallest_w2n for cone in own.values()]),
-        "error_y": {"array": numbers([cone.drift_share for cone in own.values()]), "thickness": 1},
-        "line": {"color": colour}, "marker": {"symbol": symbols, "size": 8, "color": colour},
-        "customdata": numbers([cone.smallest_strain_alpha for cone in own.values()]),
-        "hovertemplate": "η = %{x:.3~g}<br>W2n = %{y:.3f}<br>at α = %{customdata:.4~g}°<extra>" + label + "</extra>",
+        "type": "scatter", "mode": "markers", "xaxis": "x2", "showlegend": False,
+        "x": numbers([row.smallest for row in rows]), "y": [row.label for row in rows],
+        "error_x": {"array": numbers([row.drift_share for row in rows]), "thickness": 1},
+        "marker": {
+            "symbol": ["circle" if row.is_significant else "circle-open" for row in rows], "size": 8,
+            "color": ["--negative" if row.smallest < 0.0 else "--c0" for row in rows],
+        },
+        "customdata": numbers([row.at for row in rows]),
+        "hovertemplate": "%{y}<br>smallest W2n = %{x:.3f}<br>at α = %{customdata:.4~g}°<extra></extra>",
     }  # fmt: skip
 
 
-def _span(first: float, last: float, low: float, high: float) -> str:
-    if last - first >= 360.0:
-        return "all directions"
-    return f"{first:.4g}{_give_or_take(low)} to {last:.4g}{_give_or_take(high)} °"
+def amplitude(views: Mapping[str, Amplitude]) -> Figure:
+    """One state at a time: the smallest W2n above, the edges of its sectors below."""
+    first = next(iter(views.values()))
+    low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
+    return Figure(
+        "amplitude",
+        first.caption,
+        {label: {one.track.label: _sizes(one, low, high) for one in view.columns} for label, view in views.items()},
+        {
+            "height": 560,
+            "xaxis": {"title": {"text": first.quantity}, "type": "log", "anchor": "y2"},
+            "yaxis": {"title": {"text": "smallest W2n"}, "domain": [0.48, 1.0]},
+            "yaxis2": {
+                "title": {"text": "α [°]"}, "domain": [0.0, 0.42], "range": [low, high],
+                "dtick": 60 if high - low > 180.0 else 15,
+            },
+        },
+        choice="Sample",
+        slide="State",
+        start=-1,
+        linked="state",
+    )  # fmt: skip
 
 
-def _give_or_take(uncertainty: float) -> str:
-    return f" ± {give_or_take(uncertainty)}"
-
-
-def _table(sets: dict[str, Found]) -> Table:
-    rows, marks, targets = [], [], []
-    for name, found in sets.items():
-        for place, cone in found.items():
-            pairs = zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True)
-            spans = "; ".join(_span(*sector, *uncertainty) for sector, uncertainty in pairs) or "none"
-            rows.append([
-                str(place), name, spans, f"{cone.strain_opening:.4g}", f"{cone.smallest_w2n:+.3f}",
-                f"{cone.smallest_strain_alpha:.4g}", "yes" if cone.is_significant else "no",
-            ])  # fmt: skip
-            marks.append("doubtful" if not cone.is_significant else "bad" if cone.sectors else "")
-            targets.append(str(place))
-    heads = (
-        "state",
-        "probes",
-        "unstable from … to",
-        "opening [°]",
-        "smallest W2n",
-        "at α [°]",
-        "larger than the drift",
-    )
-    return Table("Cones", heads, rows, goes_to=targets, marks=marks, marked=4)
+def _sizes(one: Sizes, low: float, high: float) -> list[Trace]:
+    track = one.track
+    ends = (float(track.at[0]), float(track.at[-1]))
+    share = track.drift_share
+    around = {
+        "type": "scatter", "mode": "lines", "fill": "toself", "line": {"color": "--muted", "width": 0}, "opacity": 0.4,
+        "hoverinfo": "skip", "name": "drift",
+        "x": numbers([*track.at, *track.at[::-1]]), "y": numbers([*share, *-share[::-1]]),
+    }  # fmt: skip
+    traces: list[Trace] = [around, level(ends, 0.0, line=ZERO)]
+    if one.plateau:
+        traces.append(
+            level(one.plateau, 0.0, line={"color": "--c0", "width": 8}, opacity=0.5, name="plateau", showlegend=True)
+        )
+    traces.append(smallest_trace(track, "--negative", "circle", showlegend=False))
+    traces.append(level(ends, ISOCHORIC_COMPRESSION, yaxis="y2", line=ISOCHORIC))
+    return traces + sector_traces(track, low, high, "--negative", 0.0, yaxis="y2")

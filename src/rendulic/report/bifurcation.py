@@ -1,0 +1,98 @@
+"""Maps of cones against the stress ratio, with plotly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rendulic.report.cones import ISOCHORIC, ZERO
+from rendulic.report.figure import SYMBOLS, Figure, Trace, categories, numbers
+from rendulic.report.tracks import level, sector_traces, smallest_trace
+from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
+from rendulic.views.bifurcation import BifurcationMap, MapPanel
+
+__all__ = ["bifurcation_map"]
+
+ASIDE = 0.12  # of the distance of two states: how far the samples of a specimen are drawn apart in all
+
+
+def bifurcation_map(views: Mapping[str, BifurcationMap]) -> Figure:
+    """Specimens side by side: unstable directions above, the smallest W2n below."""
+    first = next(iter(views.values()))
+    labels = list(dict.fromkeys(panel.label for view in views.values() for panel in view.panels))
+    low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
+    return Figure(
+        "map",
+        f"{first.verdict} {first.caption}" if len(views) == 1 else first.caption,
+        {
+            label: {
+                "": [
+                    trace
+                    for panel in view.panels
+                    for trace in _panel(panel, labels.index(panel.label), len(labels), low, high)
+                ]
+            }
+            for label, view in views.items()
+        },
+        _layout(labels, low, high),
+        choice="Probes",
+    )
+
+
+def _layout(labels: list[str], low: float, high: float) -> dict[str, Any]:
+    """Two rows of axes; those of a row have the same ordinates, those of a column the same abscissas."""
+    count = len(labels)
+    axes: dict[str, Any] = {}
+    for k, label in enumerate(labels):
+        upper, lower = _number(k + 1), _number(count + k + 1)
+        axes[f"xaxis{upper}"] = {
+            "matches": f"x{lower}",
+            "showticklabels": False,
+            "title": {"text": label},
+            "side": "top",
+        }
+        axes[f"yaxis{upper}"] = {"range": [low, high], "dtick": 60 if high - low > 180.0 else 15, "matches": "y"}
+        axes[f"xaxis{lower}"] = {"title": {"text": "stress ratio η = q/p"}}
+        axes[f"yaxis{lower}"] = {"matches": f"y{count + 1}"}
+    axes["yaxis"]["title"] = {"text": "α [°]"}
+    axes[f"yaxis{count + 1}"]["title"] = {"text": "smallest W2n"}
+    del axes["yaxis"]["matches"], axes[f"yaxis{count + 1}"]["matches"]
+    return axes | {
+        "height": 620,
+        "grid": {"rows": 2, "columns": count, "pattern": "independent", "ygap": 0.12, "xgap": 0.08},
+        "margin": {"t": 50},
+        "legend": {"orientation": "h", "y": -0.12, "yanchor": "top"},
+    }
+
+
+def _number(k: int) -> str:
+    return "" if k == 1 else str(k)
+
+
+def _panel(panel: MapPanel, k: int, count: int, low: float, high: float) -> list[Trace]:
+    upper = {"xaxis": f"x{_number(k + 1)}", "yaxis": f"y{_number(k + 1)}"}
+    lower = {"xaxis": f"x{_number(count + k + 1)}", "yaxis": f"y{_number(count + k + 1)}"}
+    at = np.concatenate([one.track.at for one in panel.samples])
+    ends = (float(at.min()), float(at.max()))
+    work = np.concatenate([one.track.smallest for one in panel.samples])
+    depth = (min(float(np.nanmin(work)), 0.0), max(float(np.nanmax(work)), 0.0))
+    traces = [
+        level(ends, ISOCHORIC_COMPRESSION, line=ISOCHORIC, name="undrained compression", showlegend=not k, **upper),
+        level(ends, 0.0, line=ZERO, **lower),
+    ]
+    apart = ASIDE * (len(panel.samples) > 1) * min(np.diff(one.track.at).min(initial=1.0) for one in panel.samples)
+    shifts = np.linspace(-0.5, 0.5, len(panel.samples)) * apart
+    for j, (one, colour, shift) in enumerate(zip(panel.samples, categories(len(panel.samples)), shifts, strict=True)):
+        name = ", ".join(part for part in (panel.label, one.track.label if len(panel.samples) > 1 else "") if part)
+        group = {"legendgroup": name, "name": f"{name}: {one.words}".replace("eta", "η")}
+        traces += sector_traces(one.track, low, high, colour, float(shift), **upper, **group)
+        traces.append(smallest_trace(one.track, colour, SYMBOLS[j % len(SYMBOLS)], **lower, **group))
+        if one.first:
+            for axes, span in ((upper, (low, high)), (lower, depth)):
+                traces.append(
+                    level((one.first[0],) * 2, 0.0, line={"color": colour, "width": 1.2, "dash": "dash"})
+                    | {"y": numbers(span)} | axes | {"legendgroup": name}
+                )  # fmt: skip
+    return traces

@@ -1,0 +1,175 @@
+"""Cones of unstable directions, state by state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rendulic.views.amplitude import sweeps
+from rendulic.views.catalogue import StudyFigure
+from rendulic.views.circular import circular_panels
+from rendulic.views.sectors import Sector, direction_range
+from rendulic.views.view import Mark, Table, View
+
+if TYPE_CHECKING:
+    from rendulic.probing.cone import Cone
+    from rendulic.study.ids import SampleId
+    from rendulic.study.plan import Plan
+    from rendulic.study.results import Results
+    from rendulic.study.store.unit import Unit
+
+__all__ = ["STUDY_FIGURES", "ConeOfState", "Cones", "cones", "cones_of_study", "size_of_probes"]
+
+CAPTION = (
+    "Directions of the strain increment in which second-order work is negative, for each state, and beside them its "
+    "smallest normalised value W2n. Thin bars at the edges are their uncertainty; a question mark is an edge that the "
+    "drift of the null probe could make. The bar about a value of W2n is what the drift has in it; open where it is not "
+    "smaller than the value."
+)
+MOST_CURVES = 8  # in a circular diagram
+HEADS = ("state", "unstable from … to", "opening [°]", "smallest W2n", "at α [°]", "sign is sure")
+
+
+@dataclass(frozen=True)
+class ConeOfState:
+    """One state.
+
+    Parameters
+    ----------
+    label : str
+        Of its row.
+    sectors : tuple of Sector
+        Of strain, also for stress probes.
+    smallest : float
+        Smallest W2n, and
+    at : float
+        the direction of strain in degrees that has it.
+    drift_share : float
+        What the drift has in it.
+    is_significant : bool
+        Whether it exceeds the drift.
+    state : str
+        Which state it is, for figures that move together.
+    """
+
+    label: str
+    sectors: tuple[Sector, ...]
+    smallest: float
+    at: float
+    drift_share: float
+    is_significant: bool
+    state: str
+
+    @property
+    def is_unstable(self) -> bool:
+        """Whether second-order work is surely negative in some direction."""
+        return self.smallest < 0.0 and self.is_significant
+
+    @property
+    def opening(self) -> float:
+        """Angle of all sectors together, in degrees."""
+        return sum(sector.last - sector.first for sector in self.sectors)
+
+    def __str__(self) -> str:
+        return "; ".join(map(str, self.sectors)) or "none"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cones(View):
+    """Rows of states, in sight between two directions in degrees."""
+
+    rows: tuple[ConeOfState, ...]
+    low: float
+    high: float
+
+
+def cones(found: Mapping[str, Cone], title: str = "", states: Mapping[str, str] | None = None) -> Cones:
+    """Cones one beneath the other.
+
+    Parameters
+    ----------
+    found : mapping of label to Cone
+        From `rd.instability_cone`; cones of stress probes are shown in directions of strain.
+    title : str
+        Above.
+    states : mapping of label to str, optional
+        The state of each label, where the label does not name it.
+    """
+    rows = tuple(_row(label, cone, (states or {}).get(label, label)) for label, cone in found.items())
+    low, high = direction_range(sector for row in rows for sector in row.sectors)
+    return Cones(
+        title=title, caption=CAPTION, verdict=_verdict(rows), tables=(_table(rows),), rows=rows, low=low, high=high
+    )
+
+
+def _row(label: str, cone: Cone, state: str) -> ConeOfState:
+    pairs = zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True)
+    sectors = tuple(Sector(*ends, *uncertainty) for ends, uncertainty in pairs)
+    return ConeOfState(
+        label, sectors, cone.smallest_w2n, cone.smallest_strain_alpha, cone.drift_share, cone.is_significant, state
+    )
+
+
+def _verdict(rows: tuple[ConeOfState, ...]) -> str:
+    unstable = [row for row in rows if row.is_unstable]
+    doubtful = sum(not row.is_significant for row in rows)
+    words = f"{len(unstable)} of {len(rows)} states {'has' if len(unstable) == 1 else 'have'} unstable directions"
+    if unstable:
+        worst = min(unstable, key=lambda row: row.smallest)
+        words += f"; the smallest W2n is {worst.smallest:.3g}, of {worst.label} at {worst.at:.4g} degrees"
+    return f"{words}; the sign of {doubtful} is not sure." if doubtful else f"{words}."
+
+
+def _table(rows: tuple[ConeOfState, ...]) -> Table:
+    cells = [
+        (
+            row.label, str(row), f"{row.opening:.4g}", f"{row.smallest:+.3f}", f"{row.at:.4g}",
+            "yes" if row.is_significant else "no",
+        )
+        for row in rows
+    ]  # fmt: skip
+    marks: list[Mark] = ["doubtful" if not row.is_significant else "bad" if row.smallest < 0.0 else "" for row in rows]
+    return Table("Cones", HEADS, cells, goes_to=[row.state for row in rows], marks=marks, marked=3)
+
+
+def cones_of_study(results: Results) -> Mapping[str, View]:
+    """Cones of all states, with their circular diagrams and their dependence on the size of the probes."""
+    if not results.cones:
+        return {}
+    found = {str(state): cone for state, cone in results.cones.items()}
+    made: dict[str, View] = {"cones": cones(found, f"Cones, {size_of_probes(results)}")}
+    made["cones_diagrams"] = _diagrams(results)
+    return made | {f"cones_{name}": view for name, view in sweeps(results).items()}
+
+
+def size_of_probes(results: Results) -> str:
+    """Norms of the strain probes that the cones of a study are of, in words."""
+    sets = results.sets("cones")
+    first = {state: sets[name].norm for name, state in reversed(list(results.of("cones")))}
+    norms = [f"{norm:g}" for norm in sorted(set(first.values()))]
+    return f"strain probes of norm {norms[0]}" if len(norms) == 1 else f"strain probes of norms {', '.join(norms)}"
+
+
+def _diagrams(results: Results) -> View:
+    """Circular diagrams of the first sample of each specimen, at some of its states if there are many."""
+    first: dict[str, SampleId] = {}
+    for state in results.cones:
+        first.setdefault(state.specimen, state.sample)
+    panels = {}
+    for sample in first.values():
+        states = [state for state in results.cones if state.sample == sample]
+        some = np.unique(np.linspace(0, len(states) - 1, MOST_CURVES).round().astype(int)).tolist()
+        panels[str(sample)] = {f"eta = {states[k].eta:g}": results.cones[states[k]].probes for k in some}
+    return circular_panels(panels, f"Probes of the cones, {size_of_probes(results)}")
+
+
+def _needs(plan: Plan) -> list[Unit]:
+    return [unit for units in plan.of("cones").values() for unit in units]
+
+
+STUDY_FIGURES = (
+    StudyFigure("cones", "unstable sectors of all states, with their edges", "a [[cones]] set", _needs, cones_of_study),
+)
