@@ -1,4 +1,4 @@
-"""Figure 4 of the paper: macroscopic against microscopic second-order work."""
+"""Macroscopic against microscopic second-order work (Fig. 4 of the paper), with matplotlib."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, INK, RC, new_figure
+from rendulic.views import macro_micro as view_of
+from rendulic.views.macro_micro import MacroMicro
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,48 +28,47 @@ def macro_micro(probes: xr.Dataset, title: str = "") -> Figure:
     probes : xarray.Dataset
         From `rd.probe` on grains, at one norm.
     """
+    return _macro_micro(view_of.macro_micro({"": probes}, title))
+
+
+@draw.register(MacroMicro)
+def _macro_micro(view: MacroMicro) -> Figure:
+    """The last of the view's states."""
+    works = view.states[-1]
     figure = new_figure(5.6, 5.0)
     with mpl.rc_context(RC):
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        data = probes.sortby("alpha")
-        alpha, exact = data.alpha, data.w2_contacts + data.w2_grains
         for axes in (upper, lower):
-            axes.axvspan(60, 240, color="#f1f1f1", lw=0)
             axes.axhline(0.0, color=INK, lw=0.6)
-        upper.plot(alpha, data.w2_boundary, color=COLOURS[0], label=r"macro: $\sum_w \delta F\cdot\delta u\,/\,V$")
+        upper.plot(works.alpha, works.boundary, color=COLOURS[0], label=r"macro: $\sum_w \delta F\cdot\delta u\,/\,V$")
         upper.plot(
-            alpha,
-            exact,
+            works.alpha,
+            works.micro,
             "o",
             ms=4,
             mfc="none",
             mec=COLOURS[1],
             label="micro: all contacts and grains (exact)",
         )
-        upper.plot(alpha, data.w2_paper, "x", ms=4, color=COLOURS[2], label="micro: contacts in both states (paper)")
         upper.plot(
-            alpha,
-            data.w2_grains,
+            works.alpha, works.paper, "x", ms=4, color=COLOURS[2], label="micro: contacts in both states (paper)"
+        )
+        upper.plot(
+            works.alpha,
+            works.inertial,
             ":",
             color=COLOURS[3],
             label=r"inertial term $\sum_p \delta f\cdot\delta x\,/\,V$",
         )
         upper.set_ylabel(r"$W_2$  [J/m$^3$]")
-        figure.suptitle(title)
+        figure.suptitle(view.title)
         upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-        largest = float(abs(data.w2_boundary).max())
-        lower.plot(alpha, 100 * (data.w2_paper - data.w2_boundary) / largest, "x-", ms=4, lw=0.8, color=COLOURS[2],
+        share = 100.0 / float(abs(works.boundary).max())
+        lower.plot(works.alpha, share * (works.paper - works.boundary), "x-", ms=4, lw=0.8, color=COLOURS[2],
                    label="paper's form")  # fmt: skip
-        lower.plot(
-            alpha,
-            100 * (exact - data.w2_boundary) / largest,
-            "o-",
-            ms=3,
-            lw=0.8,
-            color=COLOURS[1],
-            label="exact form",
-        )
-        lower.set_ylabel("micro - macro\n[% of largest W$_2$]")
+        lower.plot(works.alpha, share * (works.micro - works.boundary), "o-", ms=3, lw=0.8, color=COLOURS[1],
+                   label="exact form")  # fmt: skip
+        lower.set_ylabel("micro \N{MINUS SIGN} macro\n[% of largest W$_2$]")
         lower.set_xlabel(r"direction of strain increment $\alpha$  [deg]")
         lower.set_xticks(range(0, 361, 60))
         lower.legend(loc="best")

@@ -8,10 +8,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import ListedColormap
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import FAINT, INK, NEGATIVE, RC, new_figure
-from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.increment_sphere import DEVIATORIC_AXES, equal_area
 from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, increment_along
+from rendulic.views.sphere import OnSphere, on_sphere
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,13 +48,12 @@ def stereogram(probes: xr.Dataset, title: str = "") -> Figure:
     The rim of both maps is the same circle of isochoric increments. The red line is W2 = 0, as far as the
     directions resolve it; dots are the directions probed.
     """
-    if "direction" not in probes.sizes:
-        raise InvalidInput(
-            "a stereogram needs probes in rd.directions.sphere(...), these have no dimension 'direction'"
-        )
-    unit = np.column_stack([probes[f"along_{k}"].values for k in (1, 2, 3)])
-    work = probes.w2_normalised.values
-    share = float(probes.weight.values[work < 0.0].sum())
+    return _on_sphere(on_sphere(probes, title))
+
+
+@draw.register(OnSphere)
+def _on_sphere(view: OnSphere) -> Figure:
+    unit, work, title = view.unit, view.w2_normalised, view.title
     figure = new_figure(7.4, 4.0)
     with mpl.rc_context(RC):
         panels = figure.subplots(1, 2)
@@ -61,7 +61,9 @@ def stereogram(probes: xr.Dataset, title: str = "") -> Figure:
             filled = _map(axes, unit, work, expansion)
         bar = figure.colorbar(filled, ax=list(panels), shrink=0.75, ticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
         bar.set_label(r"$W_{2n}$")
-        figure.suptitle(f"{title}{': ' if title else ''}{share:.1%} of all directions unstable", x=0.02, ha="left")
+        figure.suptitle(
+            f"{title}{': ' if title else ''}{view.negative_share:.1%} of all directions unstable", x=0.02, ha="left"
+        )
     return figure
 
 

@@ -1,4 +1,4 @@
-"""Stress probes laid on strain probes of the same states."""
+"""Stress probes compared with strain probes of the same states, with matplotlib."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
-import numpy as np
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
+from rendulic.views.stress_probes import StressProbes, stress_probes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +19,7 @@ __all__ = ["stress_on_strain"]
 
 
 def stress_on_strain(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
-    """W2n of stress probes (full) and of strain probes of equal direction and size (rings), a panel per state.
+    """W2n of stress probes (dots) and of strain probes of equal direction and size (rings), a panel per state.
 
     Parameters
     ----------
@@ -27,31 +28,31 @@ def stress_on_strain(tables: Mapping[str, xr.Dataset], title: str = "") -> Figur
     title : str
         Above all.
     """
-    columns = min(len(tables), 4)
-    rows = -(-len(tables) // columns)
+    return _stress_probes(stress_probes(tables, title))
+
+
+@draw.register(StressProbes)
+def _stress_probes(view: StressProbes) -> Figure:
+    columns = min(len(view.panels), 4)
+    rows = -(-len(view.panels) // columns)
     figure = new_figure(0.6 + 2.4 * columns, 1.2 + 1.7 * rows)
     with mpl.rc_context(RC):
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        for axes in grid.flat[len(tables) :]:
+        for axes in grid.flat[len(view.panels) :]:
             axes.set_axis_off()
-        for axes, (label, table) in zip(grid.flat, tables.items(), strict=False):
-            order = np.argsort(table.strain_alpha.values)
-            angle = table.strain_alpha.values[order]
-            found, expected = table.w2_normalised.values[order], table.expected.values[order]
+        for axes, one in zip(grid.flat, view.panels, strict=False):
             axes.axhspan(-1.05, 0.0, color=NEGATIVE, alpha=0.07, lw=0)
             axes.axhline(0.0, color=NEGATIVE, lw=0.8, ls="--")
-            axes.vlines(angle, expected, found, color=FAINT, lw=1.0)
-            axes.plot(angle, expected, "o", mfc="white", mec=INK, ms=4.5, label="strain probes")
-            axes.plot(angle, found, ".", color=COLOURS[0], ms=5, label="stress probes")
-            axes.set_title(
-                f"{label}\nrms {table.attrs['rms']:.2g} of {table.attrs['n_compared']}", loc="left", fontsize=8
-            )
+            axes.vlines(one.strain_alpha, one.expected, one.found, color=FAINT, lw=1.0)
+            axes.plot(one.strain_alpha, one.expected, "o", mfc="white", mec=INK, ms=4.5, label="strain probes")
+            axes.plot(one.strain_alpha, one.found, ".", color=COLOURS[0], ms=5, label="stress probes")
+            axes.set_title(f"{one.label}\nrms {one.rms:.2g} of {one.n_compared}", loc="left", fontsize=8)
         grid[0, 0].set_xticks(range(0, 361, 90))
-        grid[0, 0].set_ylim(min(-0.2, *(1.1 * float(table.w2_normalised.min()) for table in tables.values())), 1.1)
+        grid[0, 0].set_ylim(min(-0.2, *(1.1 * float(one.found.min()) for one in view.panels)), 1.1)
         figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
         for axes in grid[:, 0]:
             axes.set_ylabel(r"$W_{2n}$")
         for axes in grid[-1]:
             axes.set_xlabel("direction of strain [degrees]")
-        figure.suptitle(title, x=0.02, ha="left")
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure

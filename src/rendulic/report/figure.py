@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Figure", "Section", "Table", "Trace", "categories", "embedded", "numbers", "sequence"]
+from rendulic.views.view import Table
+
+__all__ = ["Figure", "Section", "Trace", "categories", "embedded", "numbers", "sequence"]
 
 Trace = dict[str, Any]
 DIGITS = 5
@@ -94,37 +96,6 @@ class Figure:
             "layout": dict(self.layout), "fixed": list(self.fixed), "start": self.start, "linked": self.linked,
             "choice": self.choice, "slide": self.slide, "drawn_by": self.drawn_by,
         }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of words under headings.
-
-    Parameters
-    ----------
-    caption : str
-        Above.
-    heads : list of str
-        One for each column.
-    rows : list of list of str
-        The first cell of each names it.
-    goes_to : list of str
-        For each row the state that figures show when it is chosen; none if empty.
-    marks : list of str
-        For each row a class of the style sheet, "good", "doubtful", "bad" or "", for its cell number
-    marked : int
-        after the first.
-    filter_by : str
-        A heading: the reader can choose the rows with one value in its column.
-    """
-
-    caption: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    goes_to: Sequence[str] = ()
-    marks: Sequence[str] = ()
-    marked: int = 1
-    filter_by: str = ""
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,9 @@ from threading import Lock
 from typing import Any
 
 from rendulic.foundation.errors import InvalidInput, RendulicError
-from rendulic.report.circles import circles
-from rendulic.report.cones import cones
 from rendulic.report.figure import Figure, embedded
-from rendulic.report.findings import Findings
-from rendulic.report.loading import loading
-from rendulic.report.model import model
-from rendulic.report.page import render, template
+from rendulic.report.page import CURVES, render, sections, template
+from rendulic.study.execution.campaign import results_in
 from rendulic.study.execution.status import status_of
 
 __all__ = ["LiveView"]
@@ -59,7 +55,7 @@ class LiveView:
             "/": lambda: ("text/html", template("live.html").render(title=status_of(self.folder).title)),
             "/status.json": lambda: ("application/json", embedded(self.status())),
             "/figures.json": lambda: ("application/json", embedded(self.figures())),
-            "/report.html": lambda: ("text/html", render(Findings(self.folder))),
+            "/report.html": lambda: ("text/html", render(results_in(self.folder))),
             "/plotly.js": lambda: ("text/javascript", _plotly()),
         }
 
@@ -99,9 +95,7 @@ class LiveView:
 
     def figures(self) -> list[dict[str, Any]]:
         """Curves so far, in the order of the report."""
-        findings = Findings(self.folder)
-        made = [make(findings) for make in (loading, circles, cones, model)]
-        parts = [part for section in made if section is not None for part in section.parts]
+        parts = [part for section in sections(results_in(self.folder), CURVES) for part in section.parts]
         return [
             part.data() | {"name": part.name, "caption": part.caption} for part in parts if isinstance(part, Figure)
         ]

@@ -3,31 +3,46 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rendulic import __version__
 from rendulic.foundation.whole_file import whole_file
-from rendulic.report.anatomy import anatomy
-from rendulic.report.bursts import bursts
-from rendulic.report.circles import circles
-from rendulic.report.cones import cones
-from rendulic.report.figure import Figure, Section, Table, embedded
-from rendulic.report.findings import Findings
-from rendulic.report.loading import loading
-from rendulic.report.model import model
-from rendulic.report.specimen import specimen
-from rendulic.report.trust import trust
-from rendulic.study.language.config import ConeSet
+from rendulic.report.draw import drawn
+from rendulic.report.figure import Figure, Section, embedded
+from rendulic.study.execution.campaign import results_in
+from rendulic.study.results import Results
+from rendulic.views.catalogue import catalogue
 
-__all__ = ["NAME", "render", "sections", "write_report"]
+__all__ = ["CURVES", "NAME", "SECTIONS", "render", "sections", "write_report"]
 
 NAME = "report.html"
-MOST_NAMED = 40  # missing units that are named
-MAKERS: tuple[Callable[[Findings], Section | None], ...] = (
-    trust, loading, circles, cones, bursts, anatomy, specimen, model,
-)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A section of the page: figures of the catalogue that it shows, in order."""
+
+    name: str
+    heading: str
+    figures: tuple[str, ...]
+
+
+# every figure that is in none of these comes under "others"
+SECTIONS = (
+    Chapter("trust", "How far to trust it", ("trust",)),
+    Chapter("directions", "Second-order work by direction", ("fig3", "fig4", "sphere", "stress_probes")),
+    Chapter("cones", "Unstable directions", ("cones", "amplitude", "map")),
+    Chapter("bursts", "Bursts: predicted and observed failure", ("bursts", "equation_1")),
+    Chapter("loading", "Loading", ("fig1", "states")),
+    Chapter("tests", "Tests", ("elements", "fig9", "planes", "fig6")),
+    Chapter("anatomy", "Where in the grains", ("anatomy", "specimen")),
+    Chapter("run", "What was done", ("run", "missing")),
+)
+LEFT_OUT = ("fig2", "fig7", "fig10", "fig3_model", "side_by_side")  # shown by others of the page already
+CURVES = ("loading", "directions", "cones", "tests")  # sections of the page of a running study
 
 
 def write_report(folder: str | os.PathLike, path: str | os.PathLike | None = None) -> Path:
@@ -48,31 +63,49 @@ def write_report(folder: str | os.PathLike, path: str | os.PathLike | None = Non
         If a finished result is damaged.
     """
     path = Path(folder) / NAME if path is None else Path(path)
-    text = render(Findings(folder))
+    text = render(results_in(folder))
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path
 
 
-def sections(findings: Findings) -> list[Section]:
-    """Sections that the finished results fill."""
-    made = [make(findings) for make in MAKERS]
-    return [_what_was_run(findings), *(section for section in made if section is not None), *_missing(findings)]
+def sections(results: Results, names: tuple[str, ...] | None = None) -> list[Section]:
+    """Sections that the finished results fill; those of these names only, if some are given."""
+    return [section for chapter in _chapters() if names is None or chapter.name in names
+            if (section := _section(chapter, results)) is not None]  # fmt: skip
 
 
-def render(findings: Findings) -> str:
+def _chapters() -> Iterator[Chapter]:
+    yield from SECTIONS
+    placed = {name for chapter in SECTIONS for name in chapter.figures} | set(LEFT_OUT)
+    if others := tuple(name for name in catalogue() if name not in placed):
+        yield Chapter("others", "More", others)
+
+
+def _section(chapter: Chapter, results: Results) -> Section | None:
+    parts: list[Any] = []
+    words: list[str] = []
+    for name in chapter.figures:
+        if name in catalogue() and (views := catalogue()[name].shown(results)):
+            parts += drawn(name, views)
+            words += [f"{label}: {view.verdict}" if len(views) > 1 else view.verdict
+                      for label, view in views.items() if view.verdict]  # fmt: skip
+    return Section(chapter.name, chapter.heading, list(dict.fromkeys(words)), parts) if parts or words else None
+
+
+def render(results: Results) -> str:
     """The page as text."""
     from plotly.offline import get_plotlyjs
 
-    shown = sections(findings)
+    shown = sections(results)
     return template("report.html").render(
-        title=findings.study.title or findings.store.folder.resolve().name,
+        title=results.study.title or results.store.folder.resolve().name,
         version=__version__,
         sections=shown,
         figures={part.name: embedded(part.data()) for each in shown for part in each.parts if isinstance(part, Figure)},
         is_figure=lambda part: isinstance(part, Figure),
-        done=len(findings.done & set(findings.wanted)),
-        total=len(findings.wanted),
+        done=len(results.done & set(results.wanted)),
+        total=len(results.wanted),
         plotly=get_plotlyjs(),
     )
 
@@ -87,84 +120,3 @@ def template(name: str) -> Any:
         undefined=StrictUndefined,
         trim_blocks=True,
     ).get_template(name)
-
-
-def _what_was_run(findings: Findings) -> Section:
-    study, units = findings.study, findings.wanted
-    done = len(findings.done & set(units))
-    words = f"{done} of {len(units)} units of work are finished"
-    words += (
-        f", {len(findings.failed)} failed, {len(findings.missing)} are missing: see the end."
-        if done < len(units)
-        else "."
-    )
-    law = study.contact
-    if study.packing:
-        words += (
-            f" Contacts are linear and frictional: K = {law.modulus_pa / 1e6:g} MPa, k_t/k_n = "
-            f"{law.tangential_ratio:g}, friction {law.friction:g}. "
-            f"Shearing aims at an inertial number of {study.loading.inertial_number:g}."
-        )
-    return Section("run", "What was run", [words], list(_tables(findings)))
-
-
-def _tables(findings: Findings) -> Iterator[Table]:
-    study = findings.study
-    if study.packing:
-        rows = []
-        for packing in study.packing:
-            recipe = packing.recipe(study.shared)
-            rows.append([
-                packing.name, ", ".join(map(str, packing.seeds)), str(recipe.n_grains),
-                f"{1e3 * recipe.radius_min_m:g} to {1e3 * recipe.radius_max_m:g}", f"{recipe.pressure_pa / 1e3:g}",
-                "that of the law" if recipe.growth_friction is None else f"{recipe.growth_friction:g}",
-                ", ".join(f"{eta:g}" for eta in packing.eta) or "none",
-            ])  # fmt: skip
-        heads = ("packing", "seeds", "grains", "radii [mm]", "pressure [kPa]", "friction of growth", "states at η")
-        yield Table("Packings", heads, rows)
-    rows = [
-        [
-            f"probes '{each.name}'",
-            f"{len(each.directions())} directions, {each.kind}",
-            _sizes(each.norms),
-            str(each.n_steps),
-        ]
-        for each in study.probes
-    ]
-    rows += [
-        [f"cones '{each.name}'", _cones_in_words(each), _sizes(each.sizes), str(each.n_steps)] for each in study.cones
-    ]
-    rows += [
-        [f"bursts '{each.name}'", f"around cones '{each.cones}'", "as these", str(each.n_steps)]
-        for each in study.bursts
-    ]
-    if rows:
-        yield Table(
-            "What was measured in the states", ("set", "what", "size of increments", "time steps to the smallest"), rows
-        )
-
-
-def _cones_in_words(chosen: ConeSet) -> str:
-    if chosen.answering is not None:
-        return f"stress probes, laid on the probes of cones '{chosen.answering}'"
-    return f"edges to {chosen.tolerance_deg:g} degrees"
-
-
-def _sizes(norms: tuple[float, ...]) -> str:
-    return ", ".join(f"{norm:g}" for norm in norms)
-
-
-def _missing(findings: Findings) -> Iterator[Section]:
-    if not findings.failed and not findings.missing:
-        return
-    rows = [[note["label"], "failed", note["error"]] for note in findings.failed.values()]
-    missing = findings.missing
-    rows += [[unit.label, "missing", "not done yet"] for unit in missing[:MOST_NAMED]]
-    words = [f"and {len(missing) - MOST_NAMED} more units are missing."] if len(missing) > MOST_NAMED else []
-    marks = ["bad"] * len(findings.failed) + ["doubtful"] * len(missing[:MOST_NAMED])
-    yield Section(
-        "missing",
-        "What is missing",
-        words,
-        [Table("Units that are not finished", ("unit", "how", "why"), rows, marks=marks)],
-    )

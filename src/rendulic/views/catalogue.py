@@ -41,6 +41,9 @@ class StudyFigure:
         From a plan the units that it is drawn from; none where the study has not what it needs.
     views : callable
         From the finished results of a study its views by the name of their file.
+    families : callable, optional
+        The same for the report, which shows all that is finished: views by the words that the reader chooses from. `views`
+        by their titles, if not given.
     """
 
     name: str
@@ -48,6 +51,13 @@ class StudyFigure:
     lacks: str
     needs: Callable[[Plan], list[Unit]]
     views: Callable[[Results], Mapping[str, View]]
+    families: Callable[[Results], Mapping[str, View]] | None = None
+
+    def shown(self, results: Results) -> Mapping[str, View]:
+        """What the report shows, by the words that the reader chooses from."""
+        if self.families is not None:
+            return self.families(results)
+        return {view.title or stem: view for stem, view in self.views(results).items()}
 
 
 @cache

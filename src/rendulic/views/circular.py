@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.rendulic_plane import AXIAL_COMPRESSION, ISOCHORIC_COMPRESSION, ISOTROPIC_COMPRESSION
+from rendulic.views.catalogue import StudyFigure
 from rendulic.views.view import Mark, Table, View
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rendulic.study.ids import SampleId, StateId
+    from rendulic.study.plan import Plan
+    from rendulic.study.results import Results
+    from rendulic.study.store.unit import Unit
 
 __all__ = ["CENTRE", "LANDMARKS", "Around", "CircularDiagram", "CircularPanels", "circular_diagram", "circular_panels"]
 
@@ -143,3 +149,130 @@ def _table(curves: tuple[Around, ...]) -> Table:
     heads = ("state", "smallest W2n", "at α [°]", "directions with W2 < 0", "sign is sure")
     states = [one.state or one.label for one in curves]
     return Table("Smallest normalised second-order work", heads, rows, goes_to=states, marks=marks)
+
+
+# -- of a study ----------------------------------------------------------------------------------
+
+
+def in_the_plane(results: Results) -> Iterator[tuple[str, SampleId, dict[StateId, xr.Dataset]]]:
+    """Finished strain probes around the Rendulic plane: each set, each sample in it, and its states."""
+    found = results.of("probes")
+    for name, chosen in results.sets("probes").items():
+        if chosen.kind != "strain" or not chosen.is_in_the_plane or chosen.anatomy:
+            continue
+        states = [state for own, state in found if own == name and state is not None]
+        for sample in dict.fromkeys(state.sample for state in states):
+            yield name, sample, {state: found[name, state] for state in states if state.sample == sample}
+
+
+def around_units(plan: Plan, has_grains: bool | None = None) -> list[Unit]:
+    """Units of the strain probes around the plane, of grains, of sands, or of all; with the states they start from."""
+    units: dict[str, Unit] = {}
+    for (name, state), batches in plan.of("probes").items():
+        chosen = plan.study.sets("probes")[name]
+        if state is None or chosen.kind != "strain" or not chosen.is_in_the_plane or chosen.anatomy:
+            continue
+        if has_grains in (None, plan.has_grains(state)):
+            units |= {unit.key: unit for unit in (plan.state(state), *batches)}
+    return list(units.values())
+
+
+def norm_of(results: Results, name: str) -> float:
+    """The size of a set's probes that is shown first: that which the study asks for, or the smallest."""
+    norms, asked = results.sets("probes")[name].norms, results.study.figures.diagram_norm
+    return float(asked if asked in norms else norms[0])
+
+
+def _labels(states: Mapping[StateId, Any]) -> dict[str, str]:
+    return {f"η = {state.eta:g}": str(state) for state in states}
+
+
+def _of_sample(
+    results: Results, sample: SampleId, states: Mapping[StateId, xr.Dataset], norm: float
+) -> CircularDiagram:
+    probes = {f"η = {state.eta:g}": data.sel(norm=norm) for state, data in states.items()}
+    title = f"{sample} ({results.about(sample)}), strain probes of norm {norm:g}"
+    return circular_diagram(probes, title, _labels(states))
+
+
+def _of_grains(results: Results) -> list[tuple[str, SampleId, dict[StateId, xr.Dataset]]]:
+    return [one for one in in_the_plane(results) if results.plan.specimen(one[1].specimen).has_grains]
+
+
+def stems(stem: str, names: list[tuple[str, SampleId]]) -> list[str]:
+    """Names of files: short where there is one sample, else with the sample and, where it comes twice, the set."""
+    if len(names) == 1:
+        return [stem]
+    twice = len({sample for _, sample in names}) < len(names)
+    return [f"{stem}_{sample.folder}" + (f"_{name}" if twice else "") for name, sample in names]
+
+
+def _fig3(results: Results) -> dict[str, View]:
+    found = _of_grains(results)
+    views: dict[str, View] = {}
+    for (name, sample, states), stem in zip(found, stems("fig3", [one[:2] for one in found]), strict=True):
+        views[stem] = _of_sample(results, sample, states, norm_of(results, name))
+        norms = results.sets("probes")[name].norms
+        if len(norms) > 1:
+            panels = {
+                f"norm {norm:g}": {f"η = {state.eta:g}": data.sel(norm=norm) for state, data in states.items()}
+                for norm in norms
+            }
+            title = f"{sample} ({results.about(sample)})"
+            views[stem.replace("fig3", "fig3_amplitudes")] = circular_panels(panels, title, columns=len(norms))
+    return views
+
+
+def _families(results: Results) -> dict[str, View]:
+    """Every set, sample and size; the size that the study asks for first."""
+    views: dict[str, View] = {}
+    for name, sample, states in in_the_plane(results):
+        first = norm_of(results, name)
+        for norm in sorted(results.sets("probes")[name].norms, key=lambda norm: norm != first):
+            views[f"{sample}, probes '{name}' of {norm:g}"] = _of_sample(results, sample, states, norm)
+    return views
+
+
+def _models(results: Results) -> dict[str, View]:
+    """Sands side by side."""
+    panels: dict[str, dict[str, xr.Dataset]] = {}
+    for name, sample, states in in_the_plane(results):
+        if not results.plan.specimen(sample.specimen).has_grains:
+            norm = norm_of(results, name)
+            panels[str(sample)] = {f"η = {state.eta:g}": data.sel(norm=norm) for state, data in states.items()}
+    return {"fig3_model": circular_panels(panels, "Chang-Hicher model")} if panels else {}
+
+
+def _side_by_side(results: Results) -> dict[str, View]:
+    """Grains and sands side by side, where a study has both."""
+    panels: dict[str, dict[str, xr.Dataset]] = {}
+    kinds = set()
+    for name, sample, states in in_the_plane(results):
+        norm = norm_of(results, name)
+        panels[f"{sample}\n{results.about(sample)}"] = {
+            f"η = {state.eta:g}": data.sel(norm=norm) for state, data in states.items()
+        }
+        kinds.add(results.plan.specimen(sample.specimen).has_grains)
+    return {"side_by_side": circular_panels(panels, "Grains beside the Chang-Hicher model")} if len(kinds) > 1 else {}
+
+
+def _needs_both(plan: Plan) -> list[Unit]:
+    both = around_units(plan, True), around_units(plan, False)
+    return [*both[0], *both[1]] if all(both) else []
+
+
+IN_THE_PLANE = "[[probes]] of strain in the Rendulic plane"
+STUDY_FIGURES = (
+    StudyFigure(
+        "fig3", "circular diagrams of W2n, for grains", f"{IN_THE_PLANE} at states of grains",
+        lambda plan: around_units(plan, True), _fig3, _families,
+    ),
+    StudyFigure(
+        "fig3_model", "circular diagrams of W2n, for sands of the model", f"{IN_THE_PLANE} at states of a sand",
+        lambda plan: around_units(plan, False), _models, lambda results: {},
+    ),
+    StudyFigure(
+        "side_by_side", "circular diagrams of grains and sands side by side",
+        f"{IN_THE_PLANE} at states of grains and of a sand", _needs_both, _side_by_side, lambda results: {},
+    ),
+)  # fmt: skip
