@@ -39,7 +39,7 @@ ONLY_IN = {
     "rich": {"cli"},
     "pydantic": {"foundation/validation.py", "study", "io/plain_text.py", "chang_hicher/law/parameters.py"},
     "h5py": {"specimen/state.py", "io", "study/store/unit_file.py"},
-    "numba": {"dem/kernels", "chang_hicher/kernels"},
+    "numba": {"foundation/compiling.py", "dem/kernels"},
     "distributed": {"study/execution/cluster.py"},
     "scipy": {"tensors/sphere_rules.py", "micro/clustering.py", "io/lammps/history.py"},
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rendulic.chang_hicher.kernels.arrays import CONSISTENT, LARGEST_CHANGE
 from rendulic.chang_hicher.kernels.columns import EVENT, PLANE, PLANE_RECORD, RECORD, SHARED, STATE
-from rendulic.chang_hicher.kernels.compiler import jit
+from rendulic.foundation.compiling import kernel
 
 __all__ = [
     "ENDS", "EVENTS", "LIMIT_SHARE", "TOLERATED", "add_event", "add_events", "add_record", "deviator", "end_of",
@@ -27,19 +27,19 @@ TOLERATED = 1e-9  # excess over the surface, and loading measure, at which a pla
 LEAST_VOID_RATIO = 0.02  # below, the grains would be one
 
 
-@jit
+@kernel
 def mean(y):
     """p of a state."""
     return (y[0] + y[1] + y[2]) / 3.0
 
 
-@jit
+@kernel
 def deviator(y):
     """q of a state."""
     return y[0] - 0.5 * (y[1] + y[2])
 
 
-@jit
+@kernel
 def slack_of(item, problem, now, y, rate, scratch):
     """How far, as a number without dimension, a state is from one of the things that shorten a step; negative beyond.
 
@@ -76,7 +76,7 @@ def slack_of(item, problem, now, y, rate, scratch):
     return (row[PLANE.sigma] - ends.floor) / problem.control.stress_scale
 
 
-@jit
+@kernel
 def end_of(item):
     """Why a path stops at an item; FULL if it does not."""
     if item == 0:
@@ -87,7 +87,7 @@ def end_of(item):
     return FULL if which == 0 else (LIMIT if which == 1 else TENSION)
 
 
-@jit
+@kernel
 def least_slack(problem, now, y, rate, scratch):
     """The least slack and its item. The limit of Eq. 31 is out of reach of the consistent formulation."""
     least, least_item = 1e300, 0
@@ -100,7 +100,7 @@ def least_slack(problem, now, y, rate, scratch):
     return least, least_item
 
 
-@jit
+@kernel
 def monitors(y, rate, scratch, out):
     """Values whose change of sign is an event: W2, growth of |q|, W2 of the planes, their distance to the limit.
 
@@ -119,7 +119,7 @@ def monitors(y, rate, scratch, out):
         )
 
 
-@jit
+@kernel
 def event_of(index, n, falls):
     """Kind of event of a change of sign of monitor `index`; -1 where nobody asks."""
     if index == 0:
@@ -131,7 +131,7 @@ def event_of(index, n, falls):
     return PLANE_LIMIT if falls else -1
 
 
-@jit
+@kernel
 def add_event(records, kind, plane, y):
     """Append an event, as long as there is room."""
     count = records.counts[1]
@@ -143,7 +143,7 @@ def add_event(records, kind, plane, y):
         records.counts[1] = count + 1
 
 
-@jit
+@kernel
 def add_events(records, before, after, y, n):
     """Append an event for every monitor that has changed sign."""
     for m in range(before.shape[0]):
@@ -153,7 +153,7 @@ def add_events(records, before, after, y, n):
                 add_event(records, kind, (m - 2) % n if m >= 2 else -1, y)
 
 
-@jit
+@kernel
 def add_record(now, rate, scratch, records):
     """Append the present state and rates to the records."""
     count = records.counts[0]
@@ -181,7 +181,7 @@ def add_record(now, rate, scratch, records):
     records.counts[0] = count + 1
 
 
-@jit
+@kernel
 def have_changed(before, after):
     """Whether any monitor has changed sign."""
     for m in range(before.shape[0]):

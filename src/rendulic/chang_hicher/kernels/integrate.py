@@ -15,7 +15,6 @@ import numpy as np
 
 from rendulic.chang_hicher.kernels.arrays import CONSISTENT, LARGEST_CHANGE, N_TRIED, NEXT_STEP, Trial
 from rendulic.chang_hicher.kernels.columns import PLANE, SHARED, STATE
-from rendulic.chang_hicher.kernels.compiler import jit, jit_into_caller
 from rendulic.chang_hicher.kernels.events import (
     AMBIGUOUS,
     FULL,
@@ -37,6 +36,7 @@ from rendulic.chang_hicher.kernels.events import (
     slack_of,
 )
 from rendulic.chang_hicher.kernels.rates import VALID, find_loading_planes, rates, sliding
+from rendulic.foundation.compiling import kernel
 
 __all__ = ["find_at_yield", "follow", "remember"]
 
@@ -62,7 +62,7 @@ WEIGHTS = np.array((*A7, 0.0))
 ERRORS = np.array(DIFFERENCE)
 
 
-@jit
+@kernel
 def rates_at(problem, y, now, scratch, out):
     """`rates` of a state `y`, with memory and loading planes as they are now."""
     return rates(
@@ -71,7 +71,7 @@ def rates_at(problem, y, now, scratch, out):
     )  # fmt: skip
 
 
-@jit
+@kernel
 def step(problem, now, h, scratch, to):
     """One step of length `h` from `now`, whose rates are `to.k[0]`; returns the error, negative if inadmissible.
 
@@ -109,7 +109,7 @@ def step(problem, now, h, scratch, to):
     return worst
 
 
-@jit
+@kernel
 def value_of(which, problem, now, scratch, trial):
     """What a root is sought of at the end of a trial step: a monitor, what is left of the path, or a slack."""
     if which == OF_END:
@@ -120,7 +120,7 @@ def value_of(which, problem, now, scratch, trial):
     return trial.values[int(which)]
 
 
-@jit
+@kernel
 def root(which, problem, now, h, scratch, trial, f_low, f_high, tolerance):
     """The length of a step of at most `h` from `now` at whose end the value is zero; the trial is left there.
 
@@ -154,7 +154,7 @@ def root(which, problem, now, h, scratch, trial, f_low, f_high, tolerance):
     return low
 
 
-@jit_into_caller
+@kernel(inline="always")
 def locate_events(problem, now, h, scratch, trial, before, after, records):
     """Add where in an accepted step the monitors that changed sign were zero, earliest first."""
     n, size = now.active.shape[0], before.shape[0]
@@ -177,7 +177,7 @@ def locate_events(problem, now, h, scratch, trial, before, after, records):
                 add_event(records, event_of(m, n, before[m] > 0.0), (m - 2) % n if m >= 2 else -1, trial.y)
 
 
-@jit
+@kernel
 def remember(material, active, scratch, memory):
     """Store on loading planes what the present stress has mobilised."""
     for a in range(active.shape[0]):
@@ -190,14 +190,14 @@ def remember(material, active, scratch, memory):
                 memory[a] = row[PLANE.kappa]
 
 
-@jit
+@kernel
 def find_at_yield(scratch, active, at_yield):
     """Planes whose stress lies on their surface."""
     for a in range(active.shape[0]):
         at_yield[a] = active[a] or scratch.plane[a, PLANE.excess] >= -TOLERATED
 
 
-@jit
+@kernel
 def find_loading(problem, now, at_yield, scratch, rate):
     """`find_loading_planes` at the present state."""
     return find_loading_planes(
@@ -206,7 +206,7 @@ def find_loading(problem, now, at_yield, scratch, rate):
     )  # fmt: skip
 
 
-@jit_into_caller
+@kernel(inline="always")
 def start(problem, now, at_yield, scratch, rate):
     """Loading planes and rates at the start of a path."""
     for a in range(now.active.shape[0]):
@@ -219,7 +219,7 @@ def start(problem, now, at_yield, scratch, rate):
     return FULL
 
 
-@jit
+@kernel
 def follow(problem, settings, now, scratch, records):
     """Integrate to parameter 1 or to what stops the path, in place; returns why it stopped.
 
@@ -338,14 +338,14 @@ def follow(problem, settings, now, scratch, records):
             return UNCONTROLLED
 
 
-@jit
+@kernel
 def copy(to, values):
     """Copy, element by element: an assignment of slices takes seconds to compile."""
     for i in range(to.shape[0]):
         to[i] = values[i]
 
 
-@jit
+@kernel
 def copy_rows(to, values):
     """Copy row by row."""
     for i in range(to.shape[0]):
@@ -353,7 +353,7 @@ def copy_rows(to, values):
             to[i, j] = values[i, j]
 
 
-@jit
+@kernel
 def new_trial(n, n_watched):
     """Room for one step."""
     return Trial(np.zeros((7, N_STATE)), np.zeros(N_STATE), np.zeros((n, 4)), np.zeros(n_watched))

@@ -13,8 +13,8 @@ import numpy as np
 
 from rendulic.chang_hicher.kernels.arrays import CONSISTENT, PRINTED
 from rendulic.chang_hicher.kernels.columns import PLANE, SHARED, STATE
-from rendulic.chang_hicher.kernels.compiler import jit
 from rendulic.chang_hicher.law import critical_state, plane_law
+from rendulic.foundation.compiling import kernel
 from rendulic.tensors.mandel import ROOT2
 
 __all__ = [
@@ -28,17 +28,17 @@ UNSHEARING = 1e-7  # share of the stress rate below which the shear rate of such
 NEUTRAL = 1e-10  # loading measure below which a plane neither loads nor unloads
 ROUNDING = 1e-6  # of hardening over stiffness: below, multipliers are told from rounding less and less
 
-hardening_modulus = jit(plane_law.hardening_modulus)
-mobilised_friction = jit(plane_law.mobilised_friction)
-sliding = jit(plane_law.sliding)
-dilatancy = jit(plane_law.dilatancy)
-loading_slope = jit(plane_law.loading_slope)
-critical_void_ratio = jit(critical_state.critical_void_ratio)
-peak_friction = jit(critical_state.peak_friction)
-peak_friction_slopes = jit(critical_state.peak_friction_slopes)
+hardening_modulus = kernel(plane_law.hardening_modulus)
+mobilised_friction = kernel(plane_law.mobilised_friction)
+sliding = kernel(plane_law.sliding)
+dilatancy = kernel(plane_law.dilatancy)
+loading_slope = kernel(plane_law.loading_slope)
+critical_void_ratio = kernel(critical_state.critical_void_ratio)
+peak_friction = kernel(critical_state.peak_friction)
+peak_friction_slopes = kernel(critical_state.peak_friction_slopes)
 
 
-@jit
+@kernel
 def local_state(material, planes, sigma, eps, memory, active, scratch):
     """Local state of every plane and the scalars they share; whether the state is admissible.
 
@@ -115,7 +115,7 @@ def local_state(material, planes, sigma, eps, memory, active, scratch):
     return True
 
 
-@jit
+@kernel
 def homogenise(material, planes, active, scratch):
     """Compliance `d_eps = C d_sigma` into `scratch.compliance`; the determinant's share of the coupling."""
     c = scratch.compliance
@@ -171,7 +171,7 @@ def homogenise(material, planes, active, scratch):
     return coupling
 
 
-@jit
+@kernel
 def void_ratio_effect(row, by_e, density, material):
     """Derivative of the surface's resistance `sigma kappa` by void ratio at constant sliding."""
     if material.formulation != CONSISTENT:
@@ -179,7 +179,7 @@ def void_ratio_effect(row, by_e, density, material):
     return row[PLANE.softening] * by_e + row[PLANE.sigma] * row[PLANE.kappa] * (1.0 - row[PLANE.x]) * density
 
 
-@jit
+@kernel
 def solve_6x6(matrix, right):
     """Solve in place with partial pivoting: `right` becomes the solution; the determinant is returned."""
     determinant = 1.0
@@ -206,7 +206,7 @@ def solve_6x6(matrix, right):
     return determinant
 
 
-@jit
+@kernel
 def rates(material, planes, control, sigma, eps, memory, active, scratch, out):
     """Rates of stress, strain and the path's parameter per unit of arc length, for given loading planes.
 
@@ -233,7 +233,7 @@ def rates(material, planes, control, sigma, eps, memory, active, scratch, out):
     return status
 
 
-@jit
+@kernel
 def control_matrix(control, scratch):
     """`S + E C` into `scratch.matrix`."""
     for i in range(6):
@@ -244,7 +244,7 @@ def control_matrix(control, scratch):
             scratch.matrix[i, j] = value
 
 
-@jit
+@kernel
 def orient(control, scratch, out, determinant):
     """Strain rates from stress rates, all scaled to unit arc length and pointing onward along the path."""
     square = 0.0
@@ -262,7 +262,7 @@ def orient(control, scratch, out, determinant):
     out[STATE.parameter] = scale
 
 
-@jit
+@kernel
 def local_rates(material, planes, active, scratch, out, patience):
     """Loading measure, plastic multiplier, strain rates and W2 of every plane.
 
@@ -333,7 +333,7 @@ def local_rates(material, planes, active, scratch, out, patience):
     return settled
 
 
-@jit
+@kernel
 def find_loading_planes(material, planes, control, sigma, eps, memory, at_yield, active, scratch, out):
     """Find which of the planes at yield load, consistently with the rates that follow from it.
 

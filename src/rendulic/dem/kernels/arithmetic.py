@@ -11,6 +11,8 @@ import numba
 from numba import types
 from numba.extending import intrinsic
 
+from rendulic.foundation.compiling import kernel
+
 __all__ = ["cross", "dot", "fma"]
 
 
@@ -29,17 +31,13 @@ def _fused(_context, a, b, c):
 fma = _plain_fma if numba.config.DISABLE_JIT else _fused
 
 
-def _inline(function):
-    return numba.njit(forceinline=True, error_model="numpy")(function)
-
-
-@_inline
+@kernel(forceinline=True)
 def dot(ax, ay, az, bx, by, bz):
     """Scalar product."""
     return fma(ax, bx, fma(ay, by, az * bz))
 
 
-@_inline
+@kernel(forceinline=True)
 def cross(ax, ay, az, bx, by, bz):
     """Vector product."""
     return fma(ay, bz, -(az * by)), fma(az, bx, -(ax * bz)), fma(ax, by, -(ay * bx))

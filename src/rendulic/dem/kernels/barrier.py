@@ -9,6 +9,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from rendulic.foundation.compiling import kernel
+
 __all__ = ["wait_for_all"]
 
 SPINS = 2000  # looks at the counter between offers of the core to somebody else
@@ -52,4 +54,4 @@ def _alone(counter, expected):
     counter[0] += 1  # without the compiler nobody else is there
 
 
-wait_for_all = _alone if numba.config.DISABLE_JIT else numba.njit(_wait_for_all, nogil=True)
+wait_for_all = kernel(_alone if numba.config.DISABLE_JIT else _wait_for_all)

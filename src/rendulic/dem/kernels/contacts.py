@@ -1,8 +1,4 @@
-"""Forces of the contacts between grains, eight contacts at a time.
-
-The `law_*` names, here and beside, are those of the default law; `compiled.kernels_for` puts another law's
-functions in their place before compiling.
-"""
+"""Forces of the contacts between grains, eight contacts at a time."""
 
 from __future__ import annotations
 
@@ -12,11 +8,11 @@ import numpy as np
 
 from rendulic.dem.kernels.arithmetic import dot
 from rendulic.dem.kernels.arrays import BLOCK, COLUMNS, FORCE, FRICTION, RADIUS, SPIN, VELOCITY
+from rendulic.dem.kernels.contact_law import law_elastic_energy, law_stiffness
 from rendulic.dem.kernels.mechanics import pair_force
 from rendulic.dem.kernels.packs import PACK, pack_operations
 from rendulic.dem.kernels.rows import row_operations
-from rendulic.dem.laws.linear_frictional import elastic_energy as law_elastic_energy
-from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_stiffness
+from rendulic.foundation.compiling import kernel
 
 AHEAD = 8  # contacts between fetching a second grain and its use
 # rows on the stack of a pack: first grain, second grain (10 each), history before (4) and now (4), what goes to
@@ -31,6 +27,7 @@ stack_places, indexed_places = _packs.stack_places, _packs.indexed_places
 add_to_first, add_to_second = _packs.add_to_first, _packs.add_to_second
 
 
+@kernel
 def contact_pairs(grains, contacts, begin, end, dt, parameters, pair):
     """What the contacts `begin` to `end` exert at the present positions, and their new history, by packs.
 
@@ -119,6 +116,7 @@ def contact_pairs(grains, contacts, begin, end, dt, parameters, pair):
     return lost
 
 
+@kernel
 def energy_let_go(row, held, first, second, c, parameters):
     """Elastic energy of the tangential spring of a contact that opens."""
     k_n, k_t = law_stiffness(row[first[c], RADIUS], row[second[c], RADIUS], parameters)
@@ -126,6 +124,7 @@ def energy_let_go(row, held, first, second, c, parameters):
     return law_elastic_energy(0.0, tangential, k_n, k_t)
 
 
+@kernel
 def contact_forces(grains, contacts, dt, parameters, spent):
     """Add the grain-grain contact forces at the present positions; update the contacts' history."""
     n = contacts.first.shape[0]
@@ -134,6 +133,7 @@ def contact_forces(grains, contacts, dt, parameters, spent):
     spent[FRICTION] += total(lost)
 
 
+@kernel
 def forces_on(grains, first_grain, last_grain, contacts, begin, end, dt, parameters, lost):
     """Add the forces of the contacts `begin` to `end` to those of their grains that lie in a range.
 
@@ -153,6 +153,7 @@ def forces_on(grains, first_grain, last_grain, contacts, begin, end, dt, paramet
                 add_to_second(row, j * COLUMNS + FORCE - 2, pair, (at - c) * 8)
 
 
+@kernel
 def total(lost):
     """The sum of all blocks, in their order."""
     everything = 0.0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rendulic.dem.kernels.compiled import jit
+from rendulic.foundation.compiling import kernel
 
 
-@jit
+@kernel
 def insert_spheres(radius, length, seed, max_tries):
     """Place spheres one by one at random in a cube `[0, length]^3`, none overlapping.
 

@@ -8,8 +8,7 @@ places on the stack, worked on there, and moved back: there the compiler knows t
 makes vectors of the loop over lanes, and keeps all rows in registers. Every lane's arithmetic is its own:
 what the others do cannot change a bit of it.
 
-`WIDTH`, the operations on rows and the `law_*` names are put in place before compiling, see
-`compiled.lane_kernels_for`.
+`WIDTH`, the operations on rows and the `law_*` names are bound by `compiled.lane_kernels_for`.
 """
 
 from __future__ import annotations
@@ -19,10 +18,9 @@ from math import expm1
 import numpy as np
 
 from rendulic.dem.kernels.arithmetic import fma
+from rendulic.dem.kernels.contact_law import law_stiffness, law_wall_stiffness
 from rendulic.dem.kernels.mechanics import damped, pair_force
-from rendulic.dem.kernels.rows import row_operations
-from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_stiffness
-from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
+from rendulic.foundation.compiling import kernel, unbound
 
 # rows of a grain, each of WIDTH numbers; the first fifteen are its state, then where the list was built
 POSITION, VELOCITY, SPIN, FORCE, TORQUE, ORIGIN, ROWS = 0, 3, 6, 9, 12, 15, 18
@@ -31,17 +29,13 @@ POSITION, VELOCITY, SPIN, FORCE, TORQUE, ORIGIN, ROWS = 0, 3, 6, 9, 12, 15, 18
 SECOND, HELD, DISTANCE2, STACKED = 15, 30, 34, 35
 AHEAD = 6  # contacts between fetching a second grain and its use
 
-WIDTH = 8
-_rows = row_operations(WIDTH, ORIGIN, STACKED)
-copy_row, add_row, subtract_row = _rows.copy_row, _rows.add_row, _rows.subtract_row
-square_row, add_square_row = _rows.square_row, _rows.add_square_row
-scale_row, shift_row, raise_row, replace_positive = (
-    _rows.scale_row, _rows.shift_row, _rows.raise_row, _rows.replace_positive
-)  # fmt: skip
-any_less, any_beyond, any_unequal = _rows.any_less, _rows.any_beyond, _rows.any_unequal
-fetch, stack_rows = _rows.fetch, _rows.stack_rows
+# lanes to a row, and the operations on rows of so many
+WIDTH = unbound("take the kernel from `lane_kernels_for(law, width)`, which binds it to a number of lanes")
+copy_row = add_row = subtract_row = square_row = add_square_row = fetch = stack_rows = WIDTH
+scale_row = shift_row = raise_row = replace_positive = any_less = any_beyond = any_unequal = WIDTH
 
 
+@kernel
 def move_lanes(state, mass, inertia, dt, damping, reach):
     """Advance velocities and positions by `dt`, clear force and torque; see `step.move_grains`.
 
@@ -78,6 +72,7 @@ def move_lanes(state, mass, inertia, dt, damping, reach):
     return beyond
 
 
+@kernel
 def contact_lanes(state, radius, first, second, held, dt, parameters):
     """Add the grain-grain contact forces of all lanes; see `step.contact_forces`."""
     scratch = stack_rows()
@@ -159,6 +154,7 @@ def contact_lanes(state, radius, first, second, held, dt, parameters):
             copy_row(state, two + k * WIDTH, scratch, (SECOND + k) * WIDTH)
 
 
+@kernel
 def wall_lanes(state, radius, grain, wall, wall_held, wall_position, wall_force, wall_stiffness, parameters):
     """Add the forces of the walls of all lanes; see `step.wall_forces`."""
     scratch = stack_rows()
@@ -186,6 +182,7 @@ def wall_lanes(state, radius, grain, wall, wall_held, wall_position, wall_force,
         add_row(state, at + FORCE * WIDTH, scratch, pressing)
 
 
+@kernel
 def advance_lanes(
     n_steps,
     state,
@@ -239,6 +236,7 @@ def advance_lanes(
     return n_steps, True
 
 
+@kernel
 def finish_lanes(state, radius, first, second, held, grain, wall, wall_held, wall_position, wall_force, wall_stiffness,
                  dt, parameters):  # fmt: skip
     """Forces at the present positions."""

@@ -1,16 +1,15 @@
-"""What the scalar kernel and every lane do alike: a grain's damping, and two grains in contact.
-
-The name `law_contact_force` is that of the default law; `compiled` puts another law's function in its place.
-"""
+"""What the scalar kernel and every lane do alike: a grain's damping, and two grains in contact."""
 
 from __future__ import annotations
 
 from math import copysign, sqrt
 
 from rendulic.dem.kernels.arithmetic import cross, dot, fma
-from rendulic.dem.laws.linear_frictional import contact_force as law_contact_force
+from rendulic.dem.kernels.contact_law import law_contact_force
+from rendulic.foundation.compiling import kernel
 
 
+@kernel(forceinline=True)
 def damped(force, velocity, half_impulse, damping):
     """Cundall's non-viscous damping of one component, `F (1 - lambda sign(F (v + F dt / 2m)))`.
 
@@ -19,6 +18,7 @@ def damped(force, velocity, half_impulse, damping):
     return force * (1.0 - damping * copysign(1.0, force * fma(half_impulse, force, velocity)))
 
 
+@kernel(forceinline=True)
 def pair_force(
     nx, ny, nz, distance2, r1, r2, k_n, k_t, vx, vy, vz, sx, sy, sz, ux, uy, uz, fx, fy, fz, dt, parameters
 ):  # fmt: skip

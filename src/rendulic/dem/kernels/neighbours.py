@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from rendulic.dem.kernels.compiled import jit
+from rendulic.foundation.compiling import kernel
 
 
-@jit
+@kernel
 def cell_of(position, low, size, n_cells):
     """Index of the cell of a coordinate, kept inside the grid."""
     return min(max(int((position - low) / size), 0), n_cells - 1)
 
 
-@jit
+@kernel
 def build_grids(position, level, sizes, low, high):
     """Sort grains into one grid per size level (counting sort).
 
@@ -49,7 +49,7 @@ def build_grids(position, level, sizes, low, high):
     return shape, base, start, order
 
 
-@jit
+@kernel
 def candidate_pairs(position, radius, margin, level, sizes, low, high):
     """All pairs closer than `r1 + r2 + margin`, as `first < second`, sorted by both.
 
@@ -88,7 +88,7 @@ def candidate_pairs(position, radius, margin, level, sizes, low, high):
     return sorted_pairs(found_1[:n_found], found_2[:n_found], n)
 
 
-@jit
+@kernel
 def sorted_pairs(first, second, n):
     """Sort pairs by first, then second index: counting sort, then insertion within rows."""
     row = np.zeros(n + 1, np.int64)
@@ -113,7 +113,7 @@ def sorted_pairs(first, second, n):
     return out_1, out_2
 
 
-@jit
+@kernel
 def carry_history(old_first, old_second, old_force, first, second):
     """Forces of the pairs that both lists share (both sorted); zero for the others.
 
@@ -137,7 +137,7 @@ def carry_history(old_first, old_second, old_force, first, second):
     return force, lost
 
 
-@jit
+@kernel
 def wall_candidates(position, radius, walls, margin):
     """Grains closer than `radius + margin` to a wall: grain and wall index, by wall then grain."""
     n = position.shape[0]

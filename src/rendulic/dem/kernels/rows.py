@@ -9,6 +9,7 @@ one runs where numba is switched off.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from types import SimpleNamespace
 
 import numba
@@ -57,6 +58,7 @@ ANY: dict[str, tuple[Callable, Callable]] = {
 }
 
 
+@cache
 def row_operations(width: int, fetched: int, stacked: int) -> SimpleNamespace:
     """The operations on rows of `width` numbers, to be called in kernels.
 

@@ -26,6 +26,7 @@ from rendulic.dem.kernels.mechanics import damped
 from rendulic.dem.kernels.packs import PACK, pack_operations
 from rendulic.dem.kernels.rows import row_operations
 from rendulic.dem.kernels.walls import move_walls, wall_forces
+from rendulic.foundation.compiling import kernel
 
 # rows on the stack of eight moving grains: the whole row (16), where the list was built (3), mass and inertia, how far
 # it moved, squared, and what damping took
@@ -36,6 +37,7 @@ gather_8, gather_2 = _packs.gather_8, _packs.gather_2
 scatter_8, stack_places = _packs.scatter_8, _packs.stack_places
 
 
+@kernel
 def move_grains(grains, begin, end, dt, damping, reference, reach, lost):
     """Advance velocities and positions of the grains `begin` to `end` by `dt`; clear force and torque.
 
@@ -93,6 +95,7 @@ def move_grains(grains, begin, end, dt, damping, reference, reach, lost):
     return not beyond
 
 
+@kernel
 def advance(
     n_steps,
     grains,
@@ -132,6 +135,7 @@ def advance(
     return n_steps, True
 
 
+@kernel
 def finish_step(grains, contacts, walls, wall_contacts, dt, parameters, spent, scratch):
     """Forces at the present positions, and the second half of the boundary work of the step."""
     contact_forces(grains, contacts, dt, parameters, spent)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from math import sqrt
 
 from rendulic.dem.kernels.arrays import RADIUS
-from rendulic.dem.laws.linear_frictional import elastic_energy as law_elastic_energy
-from rendulic.dem.laws.linear_frictional import mean_diameter_stiffness as law_stiffness
-from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
+from rendulic.dem.kernels.contact_law import law_elastic_energy, law_stiffness, law_wall_stiffness
+from rendulic.foundation.compiling import kernel
 
 SHEAR_RATIO = 0.42  # k_t / k_n up to which normal stiffness decides the time step
 
 
+@kernel
 def stiffness_sums(grains, contacts, wall_contacts, parameters, sums):
     """Sum the stiffnesses of each grain's closed contacts, walls included, into `sums` (n,).
 
@@ -39,6 +39,7 @@ def stiffness_sums(grains, contacts, wall_contacts, parameters, sums):
         sums[i] = max(sums[i], k_n, k_t / SHEAR_RATIO)
 
 
+@kernel
 def stored_energy(grains, contacts, wall_contacts, parameters):
     """Elastic energy of all closed contacts, walls included."""
     row = grains.row

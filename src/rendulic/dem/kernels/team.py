@@ -13,8 +13,10 @@ from rendulic.dem.kernels.barrier import wait_for_all
 from rendulic.dem.kernels.contacts import forces_on, total
 from rendulic.dem.kernels.step import move_grains
 from rendulic.dem.kernels.walls import move_walls, press_walls, push_from_wall, sum_walls
+from rendulic.foundation.compiling import kernel
 
 
+@kernel
 def finish_team(
     rank, n_ranks, arrivals, grains, contacts, walls, wall_contacts, dt, parameters, spent, scratch, team, crossing
 ):  # fmt: skip
@@ -38,6 +40,7 @@ def finish_team(
     return arrivals
 
 
+@kernel
 def advance_team(
     rank,
     n_ranks,

@@ -7,9 +7,11 @@ from math import expm1
 import numpy as np
 
 from rendulic.dem.kernels.arrays import BOUNDARY, FORCE, POSITION, RADIUS
-from rendulic.dem.laws.linear_frictional import wall_stiffness as law_wall_stiffness
+from rendulic.dem.kernels.contact_law import law_wall_stiffness
+from rendulic.foundation.compiling import kernel
 
 
+@kernel
 def press_walls(grains, walls, wall_contacts, begin, end, parameters, stiffness):
     """How grains and frictionless walls press on each other in the wall contacts `begin` to `end`."""
     row = grains.row
@@ -25,6 +27,7 @@ def press_walls(grains, walls, wall_contacts, begin, end, parameters, stiffness)
         stiffness[c] = k_n if closed else 0.0
 
 
+@kernel
 def push_from_wall(row, wall_contacts, c):
     """Add the force of a wall to the grain of wall contact `c`."""
     i, w = np.uint64(wall_contacts.grain[c]), np.uint64(wall_contacts.wall[c])
@@ -32,6 +35,7 @@ def push_from_wall(row, wall_contacts, c):
     row[i, np.uint64(FORCE) + (w >> np.uint64(1))] += pressing if w & np.uint64(1) == 0 else -pressing
 
 
+@kernel
 def sum_walls(walls, wall_contacts, stiffness):
     """Force and stiffness of each wall."""
     for w in range(6):
@@ -43,6 +47,7 @@ def sum_walls(walls, wall_contacts, stiffness):
         walls.stiffness[w] += stiffness[c]
 
 
+@kernel
 def wall_forces(grains, walls, wall_contacts, parameters):
     """Add the forces of the frictionless walls to the grains; sum force and stiffness of each wall."""
     n = wall_contacts.grain.shape[0]
@@ -53,6 +58,7 @@ def wall_forces(grains, walls, wall_contacts, parameters):
     sum_walls(walls, wall_contacts, stiffness)
 
 
+@kernel
 def solve_3x3(a, b, x):
     """Solve `a x = b` by Cramer's rule, in place; return False where `a` is singular."""
     c0 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
@@ -73,6 +79,7 @@ def solve_3x3(a, b, x):
     return True
 
 
+@kernel
 def servo_rates(walls, drive, dt, matrix, right, rates):
     """Generalised strain rates that bring the controlled stresses to their targets, without gains.
 
@@ -121,6 +128,7 @@ def servo_rates(walls, drive, dt, matrix, right, rates):
         )
 
 
+@kernel
 def move_walls(walls, drive, dt, reference, reach, spent, scratch):
     """Move the walls as driven, with the first half of their work; whether all stay within `reach`."""
     matrix, right, rates = scratch[:3], scratch[3], scratch[4]
