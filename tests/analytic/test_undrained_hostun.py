@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 import rendulic as rd
 from rendulic.chang_hicher import plane_law, plane_stiffness
@@ -121,8 +121,8 @@ def test_planes_of_one_inclination_fail_together(row):
         first = np.sort(strain[np.abs(angle - own) < 0.1])
         planes = int((np.abs(curve.inclination.values - own) < 0.1).sum())
         assert planes > 1
-        # events are as exact as rounding in a step of the path allows
-        assert_allclose(first[:planes], first[0], rtol=1e-9)
+        # what vanishes together is one event, at one strain
+        assert_array_equal(first[:planes], first[0])
 
 
 @pytest.mark.parametrize("row", TABLE, ids=IDS)
@@ -171,6 +171,7 @@ def test_local_work_sums_up_to_the_macroscopic(path, fabric, formulation):
     margin = (1.0 - curve.x_plane.max("plane")) ** 2
     assert float((error * margin).max()) < 1e-12
     assert_allclose(curve.plane_weight.sum(), 1.0, rtol=1e-14)
+    # central differences err by up to 2 % where records grow apart (the first steps) and where planes change sides
     assert_allclose(curve.w2, macroscopic_work(curve), rtol=0, atol=0.02 * float(abs(curve.w2).max()))
 
 
@@ -208,9 +209,9 @@ def test_scales_of_the_contacts_leave_the_path_alone(change, formulation):
         ends.append([float(curve.q[-1]), float(curve.p[-1]), float(curve.eps_1[-1]) * k / stiffness[0]])
         eps, q, p = events(curve, "q_peak")
         peaks.append([q[0], p[0], eps[0] * k / stiffness[0]])
-    # the steps are the same in the scaled strain: rounding, grown over 200 steps
-    assert_allclose(ends[1], ends[0], rtol=1e-8)
-    assert_allclose(peaks[1], peaks[0], rtol=1e-8)
+    # the steps are the same in the scaled strain: rounding of 1e-16, grown over 200 steps
+    assert_allclose(ends[1], ends[0], rtol=1e-12)
+    assert_allclose(peaks[1], peaks[0], rtol=1e-12)
 
 
 @pytest.mark.parametrize("strain", [0.005, 0.012, 0.03])
@@ -235,12 +236,18 @@ def test_stiffness_of_the_planes(formulation, strain):
     expected = plane_law.stiffness(k_n, own.k_rR * k_n, modulus, slope, beta)
     assert loading.sum() > 20
     for name, values in zip(("K_nn", "K_nr", "K_rn", "K_rr"), expected, strict=True):
-        # the mobilised friction of loading planes is known to the tolerance of an event, 1e-9
-        assert_allclose(found[name][loading], values[loading], rtol=0, atol=1e-6 * k_n.max())
+        # rounding of 1e-16, over the 1 - x >= 1e-2 that turns friction into sliding and back
+        assert_allclose(found[name][loading], values[loading], rtol=0, atol=1e-13 * k_n.max())
     assert not found["mode_1"].any()
     losing = curve.w2_plane.values[-1] < 0.0
     assert found["mode_2"][losing].all()
-    assert losing.any() == (strain == 0.03) or strain == 0.012
+    # those whose loss is among the events, and no others; the printed law loses none before 1.2 %, nobody before 0.5 %
+    of_planes = {
+        kind: curve.event_plane.values[curve.event_kind.values == f"plane_w2_{kind}"] for kind in ("lost", "regained")
+    }
+    lost, regained = (np.bincount(planes, minlength=len(losing)) for planes in of_planes.values())
+    assert_array_equal(losing, lost > regained)
+    assert losing.any() == (strain > (0.012 if formulation == "printed" else 0.005))
 
 
 @pytest.mark.parametrize("row", TABLE, ids=IDS)
@@ -248,7 +255,7 @@ def test_normalised_work_of_the_planes(row):
     """In [-1, 1], with the sign of the work."""
     curve = undrained(*row[:3])
     assert float(np.abs(curve.w2n_plane).max()) <= 1.0 + 1e-12
-    np.testing.assert_array_equal(np.sign(curve.w2n_plane), np.sign(curve.w2_plane))
+    assert_array_equal(np.sign(curve.w2n_plane), np.sign(curve.w2_plane))
 
 
 def test_more_planes_tell_the_same_story():

@@ -145,7 +145,7 @@ def test_a_batch_is_many_single_tests(path):
             expected = np.interp(own.eps_1, curve.eps_1, curve[name])
             # the curve itself is read linearly between its 400 records
             assert_allclose(own[name], expected, rtol=0, atol=1e-4 * float(np.abs(curve[name]).max()) + 1e-12)
-        assert_allclose(own.eps_1, own.share * 0.04, rtol=0, atol=1e-9)
+        assert_allclose(own.eps_1, own.share * 0.04, rtol=0, atol=1e-15)
         assert_allclose(own.q[-1], curve.q[-1], rtol=1e-6)
 
 
@@ -200,7 +200,7 @@ def test_symmetries_of_the_cube_are_exact(formulation, turn):
     own = rd.ChangHicher(formulation=formulation).at(P, 0.9).load(path)
     other = rd.ChangHicher(formulation=formulation, rule=bazant_oh_37().rotated(turn)).at(P, 0.9).load(path)
     for name in ("q", "p"):
-        assert_allclose(other[name], own[name], rtol=0, atol=1e-9 * P)
+        assert_allclose(other[name], own[name], rtol=0, atol=1e-12 * P)
 
 
 def test_relabelling_and_turning_over_planes():
@@ -211,10 +211,10 @@ def test_relabelling_and_turning_over_planes():
     other_rule = SphereRule("shuffled", (rule.normals * sides[:, None])[order], rule.weights[order], rule.degree)
     path = rd.paths.constant_volume(0.05)
     own, other = (rd.ChangHicher(rule=r).at(P, 0.9).load(path) for r in (rule, other_rule))
-    assert_allclose(other.q, own.q, rtol=0, atol=1e-9 * P)
+    assert_allclose(other.q, own.q, rtol=0, atol=1e-12 * P)
     for name in ("sigma_plane", "tau_plane", "eps_plane", "w2_plane"):
         size = float(np.abs(own[name]).max())
-        assert_allclose(other[name], own[name].values[:, order], rtol=0, atol=1e-9 * size)
+        assert_allclose(other[name], own[name].values[:, order], rtol=0, atol=1e-11 * size)
     np.testing.assert_array_equal(other.is_loading, own.is_loading.values[:, order])
 
 
@@ -243,7 +243,7 @@ def test_unloading_and_reloading_lead_back(formulation, parameters):
     """Drained, from q/p = 0.6 to 0.1 and back to the same stress: strain, planes and memory as before.
 
     All elastic: along one stress path a rate that depends on stress and void ratio alone runs back as it
-    came, for any exponent. Errors are those of the steps, 1e-8 of the elastic strain of the stress each.
+    came, for any exponent. The 200 steps there and back are of order five and err by far less than tolerated.
     """
     point = rd.ChangHicher(formulation=formulation, **parameters).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.6))
@@ -259,10 +259,10 @@ def test_unloading_and_reloading_lead_back(formulation, parameters):
     sliding = down.is_loading.values[1:] & (down.tau_plane.values[1:] > 1.0)
     assert not sliding.any()
     np.testing.assert_array_equal(middle.arrays["memory"], before.arrays["memory"])
-    assert_allclose(after.arrays["sigma"], before.arrays["sigma"], rtol=0, atol=1e-9 * P)
+    assert_allclose(after.arrays["sigma"], before.arrays["sigma"], rtol=0, atol=1e-13 * P)
     for name in ("eps", "plane_strain"):
-        assert_allclose(after.arrays[name], before.arrays[name], rtol=0, atol=1e-7 * travelled)
-    assert_allclose(after.arrays["memory"], before.arrays["memory"], rtol=1e-7, atol=0)
+        assert_allclose(after.arrays[name], before.arrays[name], rtol=0, atol=1e-12 * travelled)
+    assert_allclose(after.arrays["memory"], before.arrays["memory"], rtol=1e-12, atol=0)
 
 
 def to_axial_stress(axial):
@@ -310,13 +310,13 @@ def test_reversal_begins_elastically(formulation):
 
 
 def test_in_pieces_or_at_once():
-    """A path in three pieces ends where it does at once, to the tolerance of the steps."""
+    """A path in three pieces ends where it does at once: both have 200 steps and more, of order five."""
     whole, parts = (rd.ChangHicher().at(P, 0.9) for _ in range(2))
     whole.load(rd.paths.constant_volume(0.03))
     for strain in (0.004, 0.016, 0.010):
         parts.load(rd.paths.constant_volume(strain))
-    assert_allclose(parts.sigma, whole.sigma, rtol=0, atol=1e-6 * P)
-    assert_allclose(parts.memory, whole.memory, rtol=0, atol=1e-6 * whole.memory.max())
+    assert_allclose(parts.sigma, whole.sigma, rtol=0, atol=1e-10 * P)
+    assert_allclose(parts.memory, whole.memory, rtol=0, atol=1e-9 * whole.memory.max())
 
 
 # --- paths hold what they say --------------------------------------------------------------------------
@@ -346,7 +346,7 @@ class TestPaths:
         assert_allclose(curve.void_ratio, void_ratio, rtol=1e-11)
         assert_allclose(curve.eps_v, 0.0, atol=1e-11)
         assert_allclose(curve.eps_3, -0.5 * curve.eps_1, rtol=0, atol=1e-11)
-        assert_allclose(curve.sigma_2, curve.sigma_3, rtol=0, atol=1e-9 * P)
+        assert_allclose(curve.sigma_2, curve.sigma_3, rtol=0, atol=1e-14 * P)
 
     def test_oedometric(self, formulation, void_ratio, fabric):
         """No lateral strain; the void ratio follows the axial one, and stresses grow."""
@@ -484,7 +484,7 @@ def test_controlled_in_q_the_stable_branch_is_the_same():
     point, other = (rd.ChangHicher().at(P, 0.9) for _ in range(2))
     point.load(Path("q imposed", control, stress=(170e3, None, None)))
     other.load(rd.paths.constant_volume(float(point.strain[0, 0])))
-    assert_allclose(np.diag(other.stress), np.diag(point.stress), rtol=1e-6)
+    assert_allclose(np.diag(other.stress), np.diag(point.stress), rtol=1e-12)
 
 
 @pytest.mark.parametrize("until_strain", [0.1, 0.2, 0.3, 0.5])
@@ -624,10 +624,10 @@ def test_a_curve_says_what_the_tangent_says(formulation, strain):
     first = np.linalg.det(tangent(point, rate).stiffness)
     curve = point.load(rd.paths.constant_volume(strain))
     own = tangent(point, rate)
-    # a memory known to the tolerance of an event, 1e-9, and the condition of the tangent
-    assert_allclose(curve.hill[-1], stability(point, rate).hill, rtol=1e-6)
-    assert_allclose(curve.w2[-1], rate @ own.stiffness[:3, :3] @ rate, rtol=1e-6)
-    assert_allclose(curve.det_tangent[-1], np.linalg.det(own.stiffness) / first, rtol=1e-6)
+    # the same planes load: rounding, and the condition of the tangent
+    assert_allclose(curve.hill[-1], stability(point, rate).hill, rtol=1e-11)
+    assert_allclose(curve.w2[-1], rate @ own.stiffness[:3, :3] @ rate, rtol=1e-11)
+    assert_allclose(curve.det_tangent[-1], np.linalg.det(own.stiffness) / first, rtol=1e-11)
 
 
 def test_undrained_direction_enters_the_cone_at_the_peak():

@@ -252,8 +252,8 @@ def test_rates_are_the_definitions(formulation, path, fabric, material):
     # the record says of a plane what the definition says
     here = naive.local_state(sigma, eps)
     area = here["f_n"] / planes["sigma"][k]
-    assert_allclose(area, area[0], rtol=1e-10)
-    assert_allclose(planes["tau"][k] * area, here["f_r"], rtol=1e-9, atol=1e-9 * here["f_r"].max())
+    assert_allclose(area, area[0], rtol=1e-13)
+    assert_allclose(planes["tau"][k] * area, here["f_r"], rtol=0, atol=1e-13 * here["f_r"].max())
 
 
 @pytest.mark.parametrize("formulation", ["printed", "eq32", "consistent"])
@@ -307,7 +307,8 @@ def test_tangent_is_the_definitions(formulation, alpha):
     d_sigma, _d_eps, multiplier = naive_of(sand, 0.9).rates(point.stress, point.strain, own.is_loading, imposed)
     d_eps = np.concatenate((direction, np.zeros(3)))
     expected = mandel_to_tensor(own.stiffness @ d_eps)
-    assert_allclose(d_sigma, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+    # rounding, times the condition of the dense system
+    assert_allclose(d_sigma, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
     assert (multiplier[own.is_loading] >= -1e-12).all()
 
 
@@ -382,4 +383,4 @@ def test_the_definition_knows_its_planes():
     force = naive.local_state(sigma, np.zeros((3, 3)))["force"]
     branch = naive.own["branch_length"] * naive.normals
     weber = naive.per_volume(0.9) * np.einsum("a,ai,aj->ij", naive.share, branch, force)
-    assert_allclose(weber, sigma, rtol=0, atol=1e-10 * P)
+    assert_allclose(weber, sigma, rtol=0, atol=1e-14 * P)
