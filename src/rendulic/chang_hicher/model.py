@@ -9,14 +9,14 @@ import numpy as np
 from rendulic.chang_hicher.drive.batch import load_many
 from rendulic.chang_hicher.drive.virgin import VOID_RATIO, virgin_state
 from rendulic.chang_hicher.law.parameters import material, shows_parameters
-from rendulic.chang_hicher.law.sand import DEFAULT_FORMULATION, Sand
+from rendulic.chang_hicher.law.plane_model import DEFAULT_FORMULATION, PlaneModel
 from rendulic.chang_hicher.point import MaterialPoint
 from rendulic.tensors.sphere_rules import SphereRule
 
 __all__ = ["ChangHicher"]
 
 
-class ChangHicher(Sand):
+class ChangHicher(PlaneModel):
     """A sand as a collection of contact planes (C. S. Chang and P.-Y. Hicher, IJSS 42 (2005) 4258-4277).
 
     Parameters

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rendulic.chang_hicher.drive import controllability, following
-from rendulic.chang_hicher.drive.integration import TOLERANCE
-from rendulic.chang_hicher.law.sand import Sand
+from rendulic.chang_hicher.drive.integration import LEAST_RECORDS, TOLERANCE
+from rendulic.chang_hicher.law.plane_model import PlaneModel
 from rendulic.chang_hicher.measure.planes import plane_stresses
 from rendulic.chang_hicher.state import ARRAYS, N, PointState
 from rendulic.foundation.checks import finite_array
@@ -38,7 +38,7 @@ class MaterialPoint(PointState):
         path: Path,
         *,
         tolerance: float = TOLERANCE,
-        least_records: int = 200,
+        least_records: int = LEAST_RECORDS,
         progress: Progress = silent,
         on_record: Callable[[MaterialPoint], None] | None = None,
     ) -> xr.Dataset:
@@ -152,7 +152,7 @@ class MaterialPoint(PointState):
         """
         state.expect_kind(KIND)
         try:
-            model = Sand.from_saved(state.attributes, state.arrays)
+            model = PlaneModel.from_saved(state.attributes, state.arrays)
             n = len(model.rule)
             kept: dict[str, Any] = {
                 name: finite_array(f"{name} of a state", state.arrays[name], tuple(n if k == N else k for k in shape))

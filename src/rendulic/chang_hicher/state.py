@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from rendulic.chang_hicher.law.parameters import MaterialConstants
-from rendulic.chang_hicher.law.sand import Sand
+from rendulic.chang_hicher.law.plane_model import PlaneModel
 from rendulic.tensors.mandel import to_tensor
 
 __all__ = ["ARRAYS", "N", "PointState"]
@@ -21,7 +21,7 @@ class PointState:
 
     Parameters
     ----------
-    model : Sand
+    model : PlaneModel
         Parameters, planes and formulation.
     void_ratio_0 : float
         Void ratio at zero strain.
@@ -33,7 +33,7 @@ class PointState:
         Hardening of every plane: plastic sliding (`consistent`) or mobilised friction.
     """
 
-    model: Sand
+    model: PlaneModel
     void_ratio_0: float
     sigma: np.ndarray = field(metadata={"shape": (6,)})
     eps: np.ndarray = field(metadata={"shape": (6,)})

@@ -15,7 +15,7 @@ from rendulic.chang_hicher.drive.integration import TOLERANCE
 from rendulic.chang_hicher.drive.phase import PhaseRecord
 from rendulic.chang_hicher.drive.virgin import VOID_RATIO, virgin_state
 from rendulic.chang_hicher.law.parameters import Parameters
-from rendulic.chang_hicher.law.sand import DEFAULT_FORMULATION, Sand
+from rendulic.chang_hicher.law.plane_model import DEFAULT_FORMULATION, PlaneModel
 from rendulic.foundation.checks import finite_array, whole_number
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.progress import Progress, silent
@@ -91,7 +91,7 @@ def load_many(
     n = lengths.pop() if lengths else 1
     values = {name: np.broadcast_to(finite_array(name, value, value.shape), n) for name, value in table.items()}
     workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
-    base = Sand(rule, fabric, formulation, {})
+    base = PlaneModel(rule, fabric, formulation, {})
     marks = np.linspace(0.0, 1.0, n_records)
     states = np.full((n, n_records, 12), np.nan)
     peaks = np.full((n, 12), np.nan)

@@ -22,9 +22,10 @@ from rendulic.chang_hicher.kernels.events import ENDS
 from rendulic.chang_hicher.measure.planes import state_of_planes
 from rendulic.chang_hicher.state import PointState
 
-__all__ = ["TOLERANCE", "Integration"]
+__all__ = ["LEAST_RECORDS", "TOLERANCE", "Integration"]
 
 TOLERANCE = 1e-8  # error per step, relative to the stress, and to the elastic strain of that stress
+LEAST_RECORDS = 200  # along a path that is followed for its curve
 ROWS_AT_A_TIME = 512
 LARGEST_STRAIN = 0.3  # of any axis, where nothing else bounds it
 EMPTY = 1e-5  # of the mean stress at the start: a plane with less normal stress carries nothing

@@ -6,7 +6,7 @@ import numpy as np
 
 from rendulic.chang_hicher.law.critical_state import critical_void_ratio, peak_friction
 from rendulic.chang_hicher.law.parameters import check_denominator
-from rendulic.chang_hicher.law.sand import Sand
+from rendulic.chang_hicher.law.plane_model import PlaneModel
 from rendulic.chang_hicher.measure.planes import least_memory
 from rendulic.chang_hicher.state import PointState
 from rendulic.foundation.checks import finite_array, positive_number
@@ -20,7 +20,7 @@ LARGEST_VOID_RATIO = 3.0
 
 
 def virgin_state(
-    sand: Sand, pressure: float | None = None, void_ratio: float = VOID_RATIO, stress: np.ndarray | None = None
+    model: PlaneModel, pressure: float | None = None, void_ratio: float = VOID_RATIO, stress: np.ndarray | None = None
 ) -> PointState:
     """The state whose planes have mobilised just what the stress needs, at zero strain; see `ChangHicher.at`."""
     if (pressure is None) == (stress is None):
@@ -40,7 +40,7 @@ def virgin_state(
     p = float(np.trace(sigma)) / 3.0
     if not p > 0.0:
         raise InvalidInput(f"the mean stress must be compressive (positive), got {p:g} Pa")
-    own = sand.parameters
+    own = model.parameters
     e_c = critical_void_ratio(p, own.e_ref, own.critical_slope, own.p_ref)
     if not e_c > 0.0:
         raise InvalidInput(
@@ -48,8 +48,8 @@ def virgin_state(
             f"positive: lower the pressure below {own.p_ref * 10 ** (own.e_ref / own.critical_slope):.3g} Pa"
         )
     tan_peak = peak_friction(void_ratio, e_c, own.interlocking, own.tan_phi_mu)
-    check_denominator(own, sand.formulation, tan_peak)
-    n = len(sand.rule)
-    state = PointState(sand, void_ratio, to_mandel(sigma), np.zeros(6), np.zeros((n, 4)), np.zeros(n))
+    check_denominator(own, model.formulation, tan_peak)
+    n = len(model.rule)
+    state = PointState(model, void_ratio, to_mandel(sigma), np.zeros(6), np.zeros((n, 4)), np.zeros(n))
     state.memory = least_memory(state)
     return state

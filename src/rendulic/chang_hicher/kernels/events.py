@@ -43,19 +43,27 @@ def deviator(y):
 def slack_of(item, problem, now, y, rate, scratch):
     """How far, as a number without dimension, a state is from one of the things that shorten a step; negative beyond.
 
-    Items are loss of control, stress ratio, peak, strain and voids, then three of every plane: it changes sides,
-    reaches its limit, or has no stress left. The state is `y`, at its rate `rate`; `now` is where the step began.
+    Items are those of the path, then three of every plane. The state is `y`, at its rate `rate`; `now` is where the
+    step began.
     """
-    ends = problem.ends
+    if item < N_ITEMS:
+        return slack_of_path(item, problem.ends, now.cursor[LARGEST_CHANGE], y, rate, scratch.shared, problem.control)
+    a, which = (item - N_ITEMS) // 3, (item - N_ITEMS) % 3
+    return slack_of_plane(which, scratch.plane[a], now.active[a], problem.ends.floor, problem.control.stress_scale)
+
+
+@jit
+def slack_of_path(item, ends, largest_change, y, rate, shared, control):
+    """That of loss of control, stress ratio, peak, strain or voids."""
     if item == 0:
         return rate[STATE.parameter]
     if item == 1:
         return ends.eta_side * (ends.eta - deviator(y) / mean(y)) if ends.eta_side != 0.0 else 1.0
     if item == 2:
         # q has fallen by a share of its largest change
-        if ends.drop > 0.0 and now.cursor[LARGEST_CHANGE] > 0.05 * mean(y):
-            left = abs(deviator(y) - ends.q_start) - (1.0 - ends.drop) * now.cursor[LARGEST_CHANGE]
-            return left / problem.control.stress_scale
+        if ends.drop > 0.0 and largest_change > 0.05 * mean(y):
+            left = abs(deviator(y) - ends.q_start) - (1.0 - ends.drop) * largest_change
+            return left / control.stress_scale
         return 1.0
     if item == 3:
         if ends.reach == 0.0:
@@ -65,15 +73,17 @@ def slack_of(item, problem, now, y, rate, scratch):
             if ends.reach_axis < 0 or ends.reach_axis == axis:
                 travelled = max(travelled, abs(y[STATE.strain + axis] - ends.eps_start[axis]))
         return ends.reach - travelled
-    if item == 4:
-        return scratch.shared[SHARED.void_ratio] - LEAST_VOID_RATIO
-    a, which = (item - N_ITEMS) // 3, (item - N_ITEMS) % 3
-    row = scratch.plane[a]
+    return shared[SHARED.void_ratio] - LEAST_VOID_RATIO
+
+
+@jit
+def slack_of_plane(which, row, is_loading, floor, stress_scale):
+    """That of a plane: it changes sides, reaches its limit, or has no stress left."""
     if which == 0:
-        return (row[PLANE.multiplier] if now.active[a] else -row[PLANE.excess]) + TOLERATED
+        return (row[PLANE.multiplier] if is_loading else -row[PLANE.excess]) + TOLERATED
     if which == 1:
-        return 1.0 - 1e-6 - row[PLANE.x] if now.active[a] else 1.0
-    return (row[PLANE.sigma] - ends.floor) / problem.control.stress_scale
+        return 1.0 - 1e-6 - row[PLANE.x] if is_loading else 1.0
+    return (row[PLANE.sigma] - floor) / stress_scale
 
 
 @kernel
@@ -91,12 +101,18 @@ def end_of(item):
 def least_slack(problem, now, y, rate, scratch):
     """The least slack and its item. The limit of Eq. 31 is out of reach of the consistent formulation."""
     least, least_item = 1e300, 0
-    for item in range(N_ITEMS + 3 * now.active.shape[0]):
-        if item >= N_ITEMS and (item - N_ITEMS) % 3 == 1 and problem.material.formulation == CONSISTENT:
-            continue
-        value = slack_of(item, problem, now, y, rate, scratch)
+    ends, control, active = problem.ends, problem.control, now.active
+    for item in range(N_ITEMS):
+        value = slack_of_path(item, ends, now.cursor[LARGEST_CHANGE], y, rate, scratch.shared, control)
         if value < least:
             least, least_item = value, item
+    for a in range(active.shape[0]):
+        for which in range(3):
+            if which == 1 and problem.material.formulation == CONSISTENT:
+                continue
+            value = slack_of_plane(which, scratch.plane[a], active[a], ends.floor, control.stress_scale)
+            if value < least:
+                least, least_item = value, N_ITEMS + 3 * a + which
     return least, least_item
 
 

@@ -8,7 +8,9 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field, field_validator, model_validator
 
 from rendulic.chang_hicher import ChangHicher, MaterialPoint, Parameters, material
+from rendulic.chang_hicher.drive.integration import LEAST_RECORDS, TOLERANCE
 from rendulic.chang_hicher.law.parameters import check_denominator
+from rendulic.chang_hicher.law.plane_model import DEFAULT_FORMULATION
 from rendulic.foundation.errors import DidNotConverge, InvalidInput
 from rendulic.foundation.validation import Positive, Section, Whole
 from rendulic.loading import paths
@@ -37,7 +39,7 @@ class Sandy(Section):
     """A material of the model, and how the model is evaluated."""
 
     material: Parameters = Field(Parameters(), description="values of its own, instead of the preset's")
-    formulation: Formulation = "consistent"
+    formulation: Formulation = DEFAULT_FORMULATION
     sphere_rule: str = Field("bazant_oh_37", description="bazant_oh_37, or lebedev_DEGREE")
 
     @field_validator("sphere_rule")
@@ -112,8 +114,8 @@ class Sand(SpecimenSection, Sandy):
     void_ratios: VoidRatios = Field(min_length=1, description="initial void ratios; a sample for each")
     path: Literal["drained", "undrained"] = Field("drained", description="the test that leads to its states")
     axial_strain: Positive = Field(0.5, le=1, description="largest axial strain; loading ends there")
-    tolerance: Positive = Field(1e-8, le=1e-2, description="error per step, relative to the stress")
-    least_records: Whole = Field(200, ge=1, le=1_000_000, description="records of a curve, at least")
+    tolerance: Positive = Field(TOLERANCE, le=1e-2, description="error per step, relative to the stress")
+    least_records: Whole = Field(LEAST_RECORDS, ge=1, le=1_000_000, description="records of a curve, at least")
 
     @model_validator(mode="before")
     @classmethod

@@ -1,9 +1,9 @@
-"""A sand of the Chang-Hicher model: parameters, planes, formulation."""
+"""A sand as a collection of contact planes: parameters, planes, formulation."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, Final, Self
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.validation import validated
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37
 
-__all__ = ["DEFAULT_FORMULATION", "Sand"]
+__all__ = ["DEFAULT_FORMULATION", "PlaneModel"]
 
-DEFAULT_FORMULATION = "consistent"
+DEFAULT_FORMULATION: Final = "consistent"
 
 
-class Sand:
+class PlaneModel:
     """What all points of one sand share; `ChangHicher` makes it, and points of it.
 
     Parameters
@@ -78,7 +78,7 @@ class Sand:
         )  # fmt: skip
 
     def save(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """All that makes the sand, as attributes and arrays of a `State`."""
+        """All that makes the model, as attributes and arrays of a `State`."""
         attributes = {
             "parameters": self.parameters.model_dump(),
             "formulation": self.formulation,
@@ -89,15 +89,15 @@ class Sand:
         return attributes, arrays if self.fabric is None else arrays | {"fabric": self.fabric.copy()}
 
     @staticmethod
-    def from_saved(attributes: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Sand:
-        """The sand that `save` told; raises `KeyError` or `TypeError` where it is incomplete."""
+    def from_saved(attributes: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> PlaneModel:
+        """The model that `save` told; raises `KeyError` or `TypeError` where it is incomplete."""
         n = len(arrays["plane_normals"])
         normals = finite_array("plane_normals of a state", arrays["plane_normals"], (n, 3))
         rule = SphereRule(attributes["rule"], normals, arrays["plane_weights"], attributes["rule_degree"])
-        # the constructor normalises; a restored sand must be the saved one to the bit
+        # the constructor normalises; a restored model must be the saved one to the bit
         object.__setattr__(rule, "normals", normals)
         object.__setattr__(rule, "weights", arrays["plane_weights"].copy())
-        return Sand(rule, arrays.get("fabric"), attributes["formulation"], attributes["parameters"])
+        return PlaneModel(rule, arrays.get("fabric"), attributes["formulation"], attributes["parameters"])
 
 
 def _checked(parameters: Mapping[str, Any]) -> Parameters:
