@@ -52,7 +52,7 @@ def slack_of(item, problem, now, y, rate, scratch):
     return slack_of_plane(which, scratch.plane[a], now.active[a], problem.ends.floor, problem.control.stress_scale)
 
 
-@jit
+@kernel
 def slack_of_path(item, ends, largest_change, y, rate, shared, control):
     """That of loss of control, stress ratio, peak, strain or voids."""
     if item == 0:
@@ -76,7 +76,7 @@ def slack_of_path(item, ends, largest_change, y, rate, shared, control):
     return shared[SHARED.void_ratio] - LEAST_VOID_RATIO
 
 
-@jit
+@kernel
 def slack_of_plane(which, row, is_loading, floor, stress_scale):
     """That of a plane: it changes sides, reaches its limit, or has no stress left."""
     if which == 0:
