@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
@@ -10,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.foundation.checks import finite_array, positive_number, whole_number
+from rendulic.foundation.checks import finite_array, positive_number
+from rendulic.foundation.cores import workers_or_cores
 from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, axisymmetric
@@ -151,7 +151,7 @@ def bursts(
             f"a table of bursts needs directions of the Rendulic plane, rd.directions.rendulic(...), not {directions!r}"
         )
     norm = positive_number("norm", norm)
-    workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
+    workers = workers_or_cores(workers)
     count, followed, lock = 2 * len(directions), 0, Lock()
 
     def on_probe(done: float, total: float, note: str = "") -> None:

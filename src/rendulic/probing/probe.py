@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rendulic.foundation.checks import finite_array, whole_number
+from rendulic.foundation.cores import workers_or_cores
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, SphereDirections
@@ -99,7 +99,7 @@ def probe(
     if len(norms) == 0 or (norms <= 0).any() or (np.diff(norms) <= 0).any():
         raise InvalidInput(f"probe norms must be positive and increasing, got {norm!r}")
     n_steps = whole_number("n_steps", n_steps, 1)
-    workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
+    workers = workers_or_cores(workers)
     increments = np.concatenate((np.zeros((1, 3)), directions.increments(float(norms[-1]))))
     marks = tuple((norms / norms[-1]).tolist())
     total_steps = round(n_steps * float(norms[-1] / norms[0]))

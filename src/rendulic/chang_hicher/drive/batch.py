@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
@@ -17,6 +16,7 @@ from rendulic.chang_hicher.drive.virgin import VOID_RATIO, virgin_state
 from rendulic.chang_hicher.law.parameters import Parameters
 from rendulic.chang_hicher.law.plane_model import DEFAULT_FORMULATION, PlaneModel
 from rendulic.foundation.checks import finite_array, whole_number
+from rendulic.foundation.cores import workers_or_cores
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.paths import Path
@@ -90,7 +90,7 @@ def load_many(
         raise InvalidInput(f"parameters must be numbers or arrays of one length, got lengths {sorted(lengths)}")
     n = lengths.pop() if lengths else 1
     values = {name: np.broadcast_to(finite_array(name, value, value.shape), n) for name, value in table.items()}
-    workers = (os.cpu_count() or 1) if workers is None else whole_number("workers", workers, 1)
+    workers = workers_or_cores(workers)
     base = PlaneModel(rule, fabric, formulation, {})
     marks = np.linspace(0.0, 1.0, n_records)
     states = np.full((n, n_records, 12), np.nan)

@@ -12,6 +12,7 @@ import numpy as np
 
 from rendulic.dem.kernels.arrays import BLOCK, Contacts, Team
 from rendulic.foundation.checks import whole_number
+from rendulic.foundation.cores import cores
 
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly
@@ -42,11 +43,7 @@ def threads_for(n_grains: int) -> int:
     """Threads that will step an assembly of so many grains, called from this thread."""
     if threading.current_thread() is not threading.main_thread():
         return 1  # probes and studies run in threads of their own, one per core already
-    return max(1, min(_asked or _cores(), n_grains // GRAINS_PER_THREAD))
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, min(_asked or cores(), n_grains // GRAINS_PER_THREAD))
 
 
 class Prepared(NamedTuple):

@@ -13,7 +13,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import IO, Any
 
-from rendulic.foundation.checks import whole_number
+from rendulic.foundation.cores import workers_or_cores
 from rendulic.study.execution.executor import Event
 
 __all__ = ["LocalWorkers"]
@@ -38,7 +38,7 @@ class LocalWorkers:
 
     def __init__(self, folder: str | os.PathLike, count: int | None = None) -> None:
         self.folder = str(Path(folder).absolute())
-        self.capacity = (os.cpu_count() or 1) if count is None else whole_number("workers", count, 1)
+        self.capacity = workers_or_cores(count)
         self.ahead = 0
         self._idle: list[_Worker] = []
         self._busy: dict[str, _Worker] = {}
