@@ -14,13 +14,14 @@ import tempfile
 import time
 from pathlib import Path
 
+from rendulic.study.work import carry_out
+
 from rendulic.study.execution.campaign import run_study
 from rendulic.study.execution.local import LocalWorkers
 from rendulic.study.execution.run import run_units
 from rendulic.study.language.study_file import study_from
 from rendulic.study.plan import plan_of
 from rendulic.study.store.store import Store
-from rendulic.study.work import carry_out
 
 
 def tests(count, strain):

@@ -10,9 +10,9 @@ from threading import Thread
 
 import numpy as np
 import pytest
+from rendulic.report.findings import Findings
 
 from rendulic.report import write_report
-from rendulic.report.findings import Findings
 from rendulic.report.live import LiveView
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

@@ -7,11 +7,11 @@ import csv
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from rendulic.study.element_results import run_element_study
+from rendulic.study.language.element import example, read_element_study
 
 from rendulic.foundation.errors import InvalidInput
 from rendulic.io.tables import read_dataset
-from rendulic.study.element_results import run_element_study
-from rendulic.study.language.element import example, read_element_study
 
 TEST = '[[test]]\nname = "a"\npath = "undrained"\npressure_pa = 300e3\nvoid_ratio = 0.9\n'
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
+from rendulic.study.language.element import read_element_study
 
 import rendulic as rd
 from rendulic.foundation.errors import InvalidInput, RendulicError
-from rendulic.study.language.element import read_element_study
 from rendulic.study.language.lab import example, run_lab_test
 
 COLUMNS = {"eps_1": "Axial strain", "q": "q", "pore_pressure": "u"}

@@ -13,9 +13,9 @@ import urllib.request
 from threading import Thread
 
 import pytest
+from rendulic.report.findings import Findings
 
 from rendulic.foundation.errors import InvalidInput
-from rendulic.report.findings import Findings
 from rendulic.report.live import LiveView
 
 COMMAND = "from rendulic.cli.main import run; run()"

@@ -11,15 +11,15 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from rendulic.report.circles import circles
+from rendulic.report.findings import Findings
 
 import rendulic as rd
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.report import trust as trust_table
 from rendulic.report import write_report
-from rendulic.report.circles import circles
 from rendulic.report.cones import cones
 from rendulic.report.figure import Figure, embedded, numbers
-from rendulic.report.findings import Findings
 from rendulic.report.page import render, sections
 from rendulic.report.specimen import specimen
 from rendulic.report.trust import checks, energy_error

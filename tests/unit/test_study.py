@@ -216,7 +216,7 @@ def test_a_lost_product_is_written_again_from_its_units(done):
 def test_only_what_the_figures_need(tmp_path, done):
     """Without Figs. 1 and 2 the compression does not go on to the end."""
     plan = plan_of(tiny())
-    for key, unit in plan.units.items():
+    for key in plan.units:
         if key not in {end.key for end in plan.ends.values()}:
             target = tmp_path / "units" / key[:2] / f"{key}.h5"
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from string import ascii_lowercase
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, INK, NEGATIVE, RC, categories, new_figure, sequence
+from rendulic.views import plane_law
+from rendulic.views import planes as planes_view
+from rendulic.views.plane_law import PlaneStiffness
+from rendulic.views.planes import PlanePaths, PlaneWork
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-__all__ = ["plane_paths", "plane_stiffness", "plane_work", "representatives"]
+__all__ = ["plane_paths", "plane_stiffness", "plane_work"]
 
 
 def plane_stiffness(panels: Mapping[str, Mapping[str, tuple[np.ndarray, np.ndarray]]]) -> Figure:
@@ -29,16 +35,22 @@ def plane_stiffness(panels: Mapping[str, Mapping[str, tuple[np.ndarray, np.ndarr
     -----
     Dots mark the zero before the limit. The shaded half is where the tangent shear stiffness is negative.
     """
-    figure = new_figure(7.2, 5.4)
+    return _stiffness(plane_law.plane_stiffness(panels))
+
+
+@draw.register(PlaneStiffness)
+def _stiffness(view: PlaneStiffness) -> Figure:
+    rows = -(-len(view.panels) // 2)
+    figure = new_figure(7.2, 2.7 * rows)
     with mpl.rc_context(RC):
-        grid = figure.subplots(2, 2, sharex=True)
-        for axes, letter, (heading, curves) in zip(grid.flat, "abcd", panels.items(), strict=True):
-            for colour, (label, (x, k_rr)) in zip(sequence(len(curves)), curves.items(), strict=True):
-                axes.plot(x, 1e-3 * k_rr, color=colour, label=label)
-                crossing = np.flatnonzero((k_rr[:-1] > 0.0) & (k_rr[1:] <= 0.0))
-                for k in crossing[:1]:
-                    zero = x[k] + (x[k + 1] - x[k]) * k_rr[k] / (k_rr[k] - k_rr[k + 1])
-                    axes.plot(zero, 0.0, "o", ms=4, color=colour, mec=INK, mew=0.5, zorder=5)
+        grid = figure.subplots(rows, 2, sharex=True, squeeze=False)
+        for axes in list(grid.flat)[len(view.panels) :]:
+            axes.set_axis_off()
+        for axes, letter, (heading, cases) in zip(grid.flat, ascii_lowercase, view.panels.items(), strict=False):
+            for colour, one in zip(sequence(len(cases)), cases, strict=True):
+                axes.plot(one.x, 1e-3 * one.k_rr, color=colour, label=one.label)
+                if np.isfinite(one.zero):
+                    axes.plot(one.zero, 0.0, "o", ms=4, color=colour, mec=INK, mew=0.5, zorder=5)
             low, high = axes.get_ylim()
             axes.axhspan(low, 0.0, color=NEGATIVE, alpha=0.06, lw=0)
             axes.set_ylim(low, high)
@@ -46,20 +58,11 @@ def plane_stiffness(panels: Mapping[str, Mapping[str, tuple[np.ndarray, np.ndarr
             axes.set_title(f"({letter}) {heading}", loc="left")
             axes.legend(loc="upper right")
             axes.grid(visible=True)
-        for axes in grid[1]:
+        for axes in grid[-1]:
             axes.set_xlabel(r"normalised obliquity $f_r / (f_n \tan\varphi)$")
         for axes in grid[:, 0]:
             axes.set_ylabel(r"$K_{rr}$  [N/mm]")
     return figure
-
-
-def representatives(curve: xr.Dataset) -> dict[float, int]:
-    """One plane for every inclination to the axis other than 0 and 90 degrees: {inclination: plane}.
-
-    In an axisymmetric test all planes of one inclination respond alike.
-    """
-    angles = np.round(curve.inclination.values, 1)
-    return {float(angle): int(np.flatnonzero(angles == angle)[0]) for angle in np.unique(angles) if 0.0 < angle < 90.0}
 
 
 def plane_paths(curve: xr.Dataset, title: str = "") -> Figure:
@@ -67,7 +70,12 @@ def plane_paths(curve: xr.Dataset, title: str = "") -> Figure:
 
     Dots mark where the second-order work of the assembly vanishes, circles where that of the plane does.
     """
-    planes = representatives(curve)
+    return _paths(planes_view.plane_paths(curve, title))
+
+
+@draw.register(PlanePaths)
+def _paths(view: PlanePaths) -> Figure:
+    curve, planes = view.curve, view.representatives
     figure = new_figure(5.6, 4.2)
     with mpl.rc_context(RC):
         axes = figure.add_subplot()
@@ -75,7 +83,7 @@ def plane_paths(curve: xr.Dataset, title: str = "") -> Figure:
         for colour, (angle, plane) in zip(categories(len(planes)), planes.items(), strict=True):
             one = curve.isel(plane=plane)
             axes.plot(1e-3 * one.sigma_plane, 1e-3 * one.tau_plane, color=colour, label=rf"{angle:g}$\degree$")
-            for strain, marker in ((_first(curve, "w2_lost", -1), "o"), (_first(curve, "plane_w2_lost", plane), "D")):
+            for strain, marker in ((view.first("w2_lost", -1), "o"), (view.first("plane_w2_lost", plane), "D")):
                 if strain is not None:
                     x, y = (1e-3 * np.interp(strain, curve.eps_1, one[name]) for name in ("sigma_plane", "tau_plane"))
                     axes.plot(x, y, marker, ms=5, mfc=colour if marker == "o" else "white", mec=colour, zorder=5)
@@ -94,7 +102,7 @@ def plane_paths(curve: xr.Dataset, title: str = "") -> Figure:
         axes.set_ylim(0.0, 1.25e-3 * float(curve.tau_plane.max()))
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="angle of normal to axis 1")
         axes.grid(visible=True)
-        axes.set_title(title, loc="left")
+        axes.set_title(view.title, loc="left")
     return figure
 
 
@@ -103,13 +111,18 @@ def plane_work(curve: xr.Dataset, title: str = "") -> Figure:
 
     Dots mark the onset of instability of the assembly; in the red stretches the plane loses work.
     """
-    planes = representatives(curve)
+    return _work(planes_view.plane_work(curve, title))
+
+
+@draw.register(PlaneWork)
+def _work(view: PlaneWork) -> Figure:
+    curve, planes = view.curve, view.representatives
     columns = 3
     rows = -(-len(planes) // columns)
     figure = new_figure(2.6 * columns, 2.1 * rows + 0.3)
     with mpl.rc_context(RC):
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        onset = _first(curve, "w2_lost", -1)
+        onset = view.first("w2_lost", -1)
         strain = 100 * np.abs(curve.eps_1.values)
         for axes, (angle, plane) in zip(grid.flat, planes.items(), strict=False):
             work = curve.w2n_plane.values[:, plane]
@@ -129,11 +142,5 @@ def plane_work(curve: xr.Dataset, title: str = "") -> Figure:
             axes.set_xlabel(r"axial strain $\varepsilon_1$  [%]")
         for axes in grid[:, 0]:
             axes.set_ylabel(r"$W_{2n}^\alpha$")
-        figure.suptitle(title, x=0.02, ha="left")
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure
-
-
-def _first(curve: xr.Dataset, kind: str, plane: int) -> float | None:
-    """Axial strain of the first event of a kind on a plane (-1: the assembly)."""
-    found = np.flatnonzero((curve.event_kind.values == kind) & (curve.event_plane.values == plane))
-    return float(curve.event_eps_1[found[0]]) if len(found) else None

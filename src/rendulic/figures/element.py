@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import INK, NEGATIVE, RC, categories, new_figure
+from rendulic.views.paths import TestsAlongPaths, tests_along_paths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +26,7 @@ def element_tests(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     Parameters
     ----------
     curves : mapping of label to xarray.Dataset
-        From `MaterialPoint.load`.
+        From `load`.
     title : str
         Above all.
 
@@ -32,16 +34,26 @@ def element_tests(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     -----
     Dots mark where the second-order work of the assembly vanishes.
     """
-    swells = any(float(np.abs(curve.eps_v).max()) > 1e-9 for curve in curves.values())
+    return _tests(tests_along_paths(curves, title))
+
+
+@draw.register(TestsAlongPaths)
+def _tests(view: TestsAlongPaths) -> Figure:
+    curves, swells = view.curves, view.swells
     figure = new_figure(7.2, 5.2) if swells else new_figure(9.6, 3.2)
     with mpl.rc_context(RC):
         panels = list(figure.subplots(*((2, 2) if swells else (1, 3))).flat)
         for colour, (label, curve) in zip(categories(len(curves)), curves.items(), strict=True):
-            strain, lost = 100 * curve.eps_1, curve.event_kind == "w2_lost"
-            at = 100 * curve.event_eps_1[lost], 1e-3 * curve.event_q[lost], 1e-3 * curve.event_p[lost]
+            strain = 100 * curve.eps_1
+            lost = curve.event_kind == "w2_lost" if "event_kind" in curve else slice(0)
+            events: list[Any] = [
+                curve[name].values[lost] if name in curve else [] for name in ("event_eps_1", "event_q", "event_p")
+            ]
+            at = [scale * np.asarray(values) for scale, values in zip((100, 1e-3, 1e-3), events, strict=True)]
             panels[0].plot(strain, 1e-3 * curve.q, color=colour, label=label)
             panels[1].plot(1e-3 * curve.p, 1e-3 * curve.q, color=colour)
-            panels[2].plot(strain, curve.w2_normalised, color=colour)
+            if "w2_normalised" in curve:
+                panels[2].plot(strain, curve.w2_normalised, color=colour)
             for axes, x, y in (
                 (panels[0], at[0], at[1]), (panels[1], at[2], at[1]), (panels[2], at[0], np.zeros(len(at[0]))),
             ):  # fmt: skip
@@ -52,7 +64,7 @@ def element_tests(curves: Mapping[str, xr.Dataset], title: str = "") -> Figure:
         panels[0].legend(loc="best")
         panels[2].axhline(0.0, color=NEGATIVE, lw=0.8, ls="--")
         label_panels(panels)
-        figure.suptitle(title, x=0.02, ha="left")
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure
 
 

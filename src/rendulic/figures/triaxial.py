@@ -1,4 +1,4 @@
-"""Figures 1 and 2 of the paper: deviatoric stress and volume change against axial strain."""
+"""Deviatoric stress and volume change against axial strain (Figs. 1 and 2 of the paper), with matplotlib."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 
-from rendulic.figures.style import COLOURS, INK, RC, new_figure
+from rendulic.figures.draw import draw
+from rendulic.figures.style import INK, RC, categories, new_figure
+from rendulic.views.loading import LoadingCurves, Mark, loading_curves
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,35 +25,47 @@ def deviatoric_stress(curve: xr.Dataset, states: xr.Dataset | None = None) -> Fi
     curve : xarray.Dataset
         From `load`, with `eps_1` and `q`.
     states : xarray.Dataset, optional
-        States to mark, with the same variables.
+        States to mark, dimension `record`, with `eta`, `eps_1`, `q`, `eps_v`.
     """
-    return _against_strain(curve, states, "q", 1e-3, r"$q$  [kPa]")
+    return _loading(loading_curves({"": curve}, {"": _marks(states)}, "q"))
 
 
 def volume_change(curve: xr.Dataset, states: xr.Dataset | None = None) -> Figure:
     """Volume change `dV/V = -eps_v` against eps_1 (Fig. 2); contraction is negative, as in the paper."""
-    return _against_strain(curve, states, "eps_v", -100.0, r"$\Delta V/V = -\varepsilon_v$  [%]")
+    return _loading(loading_curves({"": curve}, {"": _marks(states)}, "eps_v"))
 
 
-def _against_strain(curve: xr.Dataset, states: xr.Dataset | None, name: str, scale: float, label: str) -> Figure:
+def _marks(states: xr.Dataset | None) -> list[Mark]:
+    if states is None:
+        return []
+    rows = [states.isel(record=k) for k in range(states.sizes["record"])]
+    return [Mark(float(row.eta), float(row.eps_1), float(row.q), float(row.eps_v)) for row in rows]
+
+
+@draw.register(LoadingCurves)
+def _loading(view: LoadingCurves) -> Figure:
+    of_q = view.quantity == "q"
+    scale = 1e-3 if of_q else -100.0
     figure = new_figure()
     with mpl.rc_context(RC):
         axes = figure.add_subplot()
-        axes.plot(100 * curve.eps_1, scale * curve[name], color=COLOURS[0])
-        if states is not None:
-            axes.plot(
-                100 * states.eps_1, scale * states[name], "o", ms=4.5, mfc="white", mec=INK, mew=1.0,
-                label="probed states, at rest",
-            )  # fmt: skip
-            for k in range(states.sizes["record"]):
-                row = states.isel(record=k)
-                axes.annotate(
-                    rf"$\eta$ = {float(row.eta):.2f}", (100 * float(row.eps_1), scale * float(row[name])),
-                    xytext=(6, -9 if name == "q" else 5), textcoords="offset points", fontsize=7, color=INK,
-                )  # fmt: skip
-            axes.legend(loc="lower right" if name == "q" else "upper right")
+        marked = False
+        for colour, one in zip(categories(len(view.curves)), view.curves, strict=True):
+            axes.plot(100 * one.eps_1, scale * (one.q if of_q else one.eps_v), color=colour, label=one.label or None)
+            for mark in one.marks:
+                at = (100 * mark.eps_1, scale * (mark.q if of_q else mark.eps_v))
+                axes.plot(*at, "o", ms=4.5, mfc="white", mec=INK, mew=1.0, label=None if marked else "states at rest")
+                marked = True
+                if len(view.curves) == 1:
+                    axes.annotate(
+                        rf"$\eta$ = {mark.eta:.2f}", at, xytext=(6, -9 if of_q else 5), textcoords="offset points",
+                        fontsize=7, color=INK,
+                    )  # fmt: skip
+        if marked or len(view.curves) > 1:
+            axes.legend(loc="lower right" if of_q else "upper right")
         axes.set_xlabel(r"axial strain $\varepsilon_1$  [%]")
-        axes.set_ylabel(label)
+        axes.set_ylabel(r"$q$  [kPa]" if of_q else r"$\Delta V/V = -\varepsilon_v$  [%]")
+        axes.set_title(view.title, loc="left")
         axes.grid(visible=True)
         axes.margins(x=0.02)
     return figure

@@ -180,7 +180,7 @@ def around_units(plan: Plan, has_grains: bool | None = None) -> list[Unit]:
 def norm_of(results: Results, name: str) -> float:
     """The size of a set's probes that is shown first: that which the study asks for, or the smallest."""
     norms, asked = results.sets("probes")[name].norms, results.study.figures.diagram_norm
-    return float(asked if asked in norms else norms[0])
+    return asked if asked is not None and asked in norms else norms[0]
 
 
 def _labels(states: Mapping[StateId, Any]) -> dict[str, str]:
