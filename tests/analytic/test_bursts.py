@@ -71,7 +71,7 @@ def test_damping_is_accounted_for(sheared, straining):
 
 @pytest.mark.parametrize("disturbance", ["push", "kick"])
 def test_a_stable_state_settles(dense_state, disturbance):
-    """A dense packing under isotropic pressure: it comes back, and the books close to 1e-6 of the work.
+    """A dense packing under isotropic pressure: it comes back, and the energies balance to 1e-6 of the work.
 
     After a kick the walls do next to nothing; its own energy, 1e-7 of what is stored, is the measure, and the
     bumping of loose grains is seen.

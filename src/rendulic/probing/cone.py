@@ -58,7 +58,7 @@ class Cone(Shown):
         Whether that value exceeds the share of the null probe's drift in it.
     probes : xarray.Dataset
         Every direction that was probed, sorted; see `rd.probe`. Also `strain_alpha`: the direction in degrees of the
-        strain, of stress probes the one that answered.
+        strain, of stress probes that of the response.
     edge_uncertainty : tuple of (of from, of to)
         Degrees either way, for each edge of `sectors`: half its bracket plus the shift that the null probe's drift can
         cause (see Notes). 180 if the drift alone could make the edge, NaN for a sector without edges.
@@ -68,14 +68,14 @@ class Cone(Shown):
         What was imposed.
     strain_sectors, strain_edge_uncertainty : tuples
         The sectors in directions of strain, and their uncertainty: for strain probes the same, for stress probes those
-        that the strains answering within each sector span. Only so do cones of both kinds compare.
+        that the strains of the responses within each sector span. Only so do cones of both kinds compare.
 
     Notes
     -----
     In the band around an edge where |W2n| is less than `|d_sigma_0| / |d_sigma| + |d_eps_0| / |d_eps|`, with the
     increments of the null probe marked 0, its drift can make the sign (Cauchy and Schwarz). The farther end of this
     band, linear between probes, is the shift; no slope of W2n is needed. Where the strain drifts, edges in directions
-    of strain also have the angle `asin(|d_eps_0| / |d_eps|)` by which it turns the answer. What other realisations of
+    of strain also have the angle `asin(|d_eps_0| / |d_eps|)` by which it turns the response. What other realisations of
     the same state would give is not in it: see `rd.cone_ensemble`.
     """
 
@@ -267,7 +267,7 @@ def cone_of(probes: xr.Dataset) -> Cone:
     edgeless: Sectors = ((float("nan"),) * 2,) * len(everywhere)
     sectors = tuple(between(first.alpha, last.alpha) for first, last in pairs) or everywhere
     uncertainty = tuple((first.uncertainty, last.uncertainty) for first, last in pairs) or edgeless
-    answers = [_answered(pair, strain_alpha) for pair in pairs]
+    responses = [_sector_of_responses(pair, strain_alpha) for pair in pairs]
     worst = int(np.nanargmin(w2n)) if np.isfinite(w2n).any() else 0
     size = float(np.linalg.norm(d_sigma[worst]) * np.linalg.norm(d_eps[worst]))
     drift = float(abs(probes.w2_drift.values[worst]))
@@ -282,18 +282,20 @@ def cone_of(probes: xr.Dataset) -> Cone:
         edge_uncertainty=uncertainty,
         drift_share=drift / size if size > 0.0 else float("nan"),
         kind=probes.attrs["kind"],
-        strain_sectors=sectors if is_strain else tuple(sector for sector, _ in answers) or everywhere,
-        strain_edge_uncertainty=uncertainty if is_strain else tuple(each for _, each in answers) or edgeless,
+        strain_sectors=sectors if is_strain else tuple(sector for sector, _ in responses) or everywhere,
+        strain_edge_uncertainty=uncertainty if is_strain else tuple(each for _, each in responses) or edgeless,
     )
 
 
-def _answered(pair: tuple[Edge, Edge], answered: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The sector that the answers run through from one edge to the other, and the uncertainty of its ends."""
+def _sector_of_responses(
+    pair: tuple[Edge, Edge], response: np.ndarray
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The sector that the responses run through from one edge to the other, and the uncertainty of its ends."""
     first, last = pair
-    inside = [first.before + 1 + k for k in range((last.before - first.before) % len(answered))]
-    way = [first.answered, *(answered[k % len(answered)] for k in inside), last.answered]
+    inside = [first.before + 1 + k for k in range((last.before - first.before) % len(response))]
+    way = [first.response, *(response[k % len(response)] for k in inside), last.response]
     turned = float(wrap(np.diff(way)).sum())
-    # a response can turn the plane over: then the answers run clockwise
+    # a response can turn the plane over: then the responses run clockwise
     low, high = (first, last) if turned >= 0.0 else (last, first)
-    start = low.answered % 360.0
-    return (start, start + abs(turned)), (low.answered_uncertainty, high.answered_uncertainty)
+    start = low.response % 360.0
+    return (start, start + abs(turned)), (low.response_uncertainty, high.response_uncertainty)

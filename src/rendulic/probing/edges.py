@@ -41,16 +41,16 @@ class Edge:
         Middle of the bracket, and
     uncertainty : float
         half the bracket plus the shift that the drift can cause.
-    answered, answered_uncertainty : float
-        The same edge in directions of the answer; see `find_edges`.
+    response, response_uncertainty : float
+        The same edge in directions of the response; see `find_edges`.
     """
 
     opens: bool
     before: int
     alpha: float
     uncertainty: float
-    answered: float
-    answered_uncertainty: float
+    response: float
+    response_uncertainty: float
 
 
 def is_unknown(uncertainty):
@@ -130,7 +130,7 @@ def share_of_drift(increments: np.ndarray, drift: np.ndarray) -> np.ndarray:
     Returns
     -------
     (n,) array
-        1 also where a probe has no answer.
+        1 also where a probe has no response.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def share_of_drift(increments: np.ndarray, drift: np.ndarray) -> np.ndarray:
 
 
 def find_edges(
-    alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: np.ndarray, turned: np.ndarray
+    alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, response: np.ndarray, turned: np.ndarray
 ) -> list[Edge]:
     """Edges of the sectors in which W2n is negative, each with its uncertainty.
 
@@ -159,12 +159,12 @@ def find_edges(
         Sorted directions in degrees, all around.
     w2n, level : (n,) arrays
         Normalised second-order work, and the value below which its sign can be the drift's.
-    answered : (n,) array
-        Directions of the answers in degrees. Each edge is given in these, too: where the answer is when W2n is zero,
+    response : (n,) array
+        Directions of the responses in degrees. Each edge is given in these, too: where the response is when W2n is zero,
         linear between the two probes, which near a limit state are far apart. Its uncertainty is the angle to the
-        farther of their answers, plus that of the band, plus
+        farther of their responses, plus that of the band, plus
     turned : (n,) array
-        the angle in degrees by which the drift can turn an answer.
+        the angle in degrees by which the drift can turn a response.
     """
     negative = w2n < 0.0
     found = []
@@ -172,11 +172,11 @@ def find_edges(
         ahead = np.roll(np.arange(len(alpha)), -int(k) - 1)  # from the probe after the edge, once around
         behind = ahead[::-1]
         gap = float((alpha[ahead[0]] - alpha[k]) % 360.0)
-        turn = float(wrap(answered[ahead[0]] - answered[k]))
+        turn = float(wrap(response[ahead[0]] - response[k]))
         at_k, after = np.nan_to_num(w2n[[k, ahead[0]]])
         zero = float(at_k / (at_k - after)) if at_k != after else 0.5
-        ways = [_reach(*way, alpha, w2n, level, answered) for way in ((ahead, zero), (behind, 1.0 - zero))]
-        reach, answered_reach = np.max(ways, axis=0).tolist()
+        ways = [_reach(*way, alpha, w2n, level, response) for way in ((ahead, zero), (behind, 1.0 - zero))]
+        reach, response_reach = np.max(ways, axis=0).tolist()
         farther = max(zero, 1.0 - zero) * abs(turn)
         found.append(
             Edge(
@@ -184,33 +184,33 @@ def find_edges(
                 before=int(k),
                 alpha=float(alpha[k] + 0.5 * gap),
                 uncertainty=min(0.5 * gap + reach, UNKNOWN),
-                answered=float((answered[k] + zero * turn) % 360.0),
-                answered_uncertainty=min(farther + answered_reach + max(turned[k], turned[ahead[0]]), UNKNOWN),
+                response=float((response[k] + zero * turn) % 360.0),
+                response_uncertainty=min(farther + response_reach + max(turned[k], turned[ahead[0]]), UNKNOWN),
             )
         )
     return found
 
 
 def _reach(
-    order: np.ndarray, start: float, alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, answered: np.ndarray
+    order: np.ndarray, start: float, alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, response: np.ndarray
 ) -> tuple[float, float]:
-    """How far from the zero of W2n the drift can move it, one way around: in direction, and in that of the answer.
+    """How far from the zero of W2n the drift can move it, one way around: in direction, and in that of the response.
 
     The probes come in `order`; the last of them is the one on the other side of the edge, and the zero is at the share
     `start` of the way from it to the first.
     """
     sign = -1.0 if w2n[order[0]] < 0.0 else 1.0
     excess = np.nan_to_num(sign * w2n - level, nan=-2.0)  # by how much the sign is sure
-    way = answered_way = 0.0
+    way = response_way = 0.0
     last, share = order[-1], start
     for now in order[:-1]:
         if (w2n[now] < 0.0) != (sign < 0.0):
             break
-        gap, turn = float(abs(wrap(alpha[now] - alpha[last]))), float(abs(wrap(answered[now] - answered[last])))
+        gap, turn = float(abs(wrap(alpha[now] - alpha[last]))), float(abs(wrap(response[now] - response[last])))
         if excess[now] > 0.0 or level[now] == 0.0:
             end = max(excess[last] / (excess[last] - excess[now]), share) if excess[last] < excess[now] else share
-            return float(way + (end - share) * gap), float(answered_way + (end - share) * turn)
-        way, answered_way = way + (1.0 - share) * gap, answered_way + (1.0 - share) * turn
+            return float(way + (end - share) * gap), float(response_way + (end - share) * turn)
+        way, response_way = way + (1.0 - share) * gap, response_way + (1.0 - share) * turn
         last, share = now, 0.0
     return UNKNOWN, UNKNOWN
 

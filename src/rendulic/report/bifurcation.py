@@ -9,7 +9,7 @@ import numpy as np
 
 from rendulic.report.cones import ISOCHORIC, ZERO
 from rendulic.report.figure import SYMBOLS, Figure, Trace, categories, numbers
-from rendulic.report.tracks import level, sector_traces, smallest_trace
+from rendulic.report.tracks import box, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.bifurcation import BifurcationMap, MapPanel
 
@@ -23,6 +23,7 @@ def bifurcation_map(views: Mapping[str, BifurcationMap]) -> Figure:
     first = next(iter(views.values()))
     labels = list(dict.fromkeys(panel.label for view in views.values() for panel in view.panels))
     low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
+    depth = work_range(one.track for view in views.values() for panel in view.panels for one in panel.samples)
     return Figure(
         "map",
         f"{first.verdict} {first.caption}" if len(views) == 1 else first.caption,
@@ -31,17 +32,17 @@ def bifurcation_map(views: Mapping[str, BifurcationMap]) -> Figure:
                 "": [
                     trace
                     for panel in view.panels
-                    for trace in _panel(panel, labels.index(panel.label), len(labels), low, high)
+                    for trace in _panel(panel, labels.index(panel.label), len(labels), (low, high), depth)
                 ]
             }
             for label, view in views.items()
         },
-        _layout(labels, low, high),
+        _layout(labels, low, high, depth),
         choice="Probes",
     )
 
 
-def _layout(labels: list[str], low: float, high: float) -> dict[str, Any]:
+def _layout(labels: list[str], low: float, high: float, depth: tuple[float, float]) -> dict[str, Any]:
     """Two rows of axes; those of a row have the same ordinates, those of a column the same abscissas."""
     count = len(labels)
     axes: dict[str, Any] = {}
@@ -55,7 +56,7 @@ def _layout(labels: list[str], low: float, high: float) -> dict[str, Any]:
         }
         axes[f"yaxis{upper}"] = {"range": [low, high], "dtick": 60 if high - low > 180.0 else 15, "matches": "y"}
         axes[f"xaxis{lower}"] = {"title": {"text": "stress ratio η = q/p"}}
-        axes[f"yaxis{lower}"] = {"matches": f"y{count + 1}"}
+        axes[f"yaxis{lower}"] = {"range": numbers(depth), "matches": f"y{count + 1}"}
     axes["yaxis"]["title"] = {"text": "α [°]"}
     axes[f"yaxis{count + 1}"]["title"] = {"text": "smallest W2n"}
     del axes["yaxis"]["matches"], axes[f"yaxis{count + 1}"]["matches"]
@@ -71,13 +72,11 @@ def _number(k: int) -> str:
     return "" if k == 1 else str(k)
 
 
-def _panel(panel: MapPanel, k: int, count: int, low: float, high: float) -> list[Trace]:
+def _panel(panel: MapPanel, k: int, count: int, seen: tuple[float, float], depth: tuple[float, float]) -> list[Trace]:
     upper = {"xaxis": f"x{_number(k + 1)}", "yaxis": f"y{_number(k + 1)}"}
     lower = {"xaxis": f"x{_number(count + k + 1)}", "yaxis": f"y{_number(count + k + 1)}"}
-    at = np.concatenate([one.track.at for one in panel.samples])
-    ends = (float(at.min()), float(at.max()))
-    work = np.concatenate([one.track.smallest for one in panel.samples])
-    depth = (min(float(np.nanmin(work)), 0.0), max(float(np.nanmax(work)), 0.0))
+    every = np.concatenate([one.track.at for one in panel.samples])
+    ends = (float(every.min()), float(every.max()))
     traces = [
         level(ends, ISOCHORIC_COMPRESSION, line=ISOCHORIC, name="undrained compression", showlegend=not k, **upper),
         level(ends, 0.0, line=ZERO, **lower),
@@ -87,12 +86,12 @@ def _panel(panel: MapPanel, k: int, count: int, low: float, high: float) -> list
     for j, (one, colour, shift) in enumerate(zip(panel.samples, categories(len(panel.samples)), shifts, strict=True)):
         name = ", ".join(part for part in (panel.label, one.track.label if len(panel.samples) > 1 else "") if part)
         group = {"legendgroup": name, "name": f"{name}: {one.words}".replace("eta", "η")}
-        traces += sector_traces(one.track, low, high, colour, float(shift), **upper, **group)
+        traces += sector_traces(one.track, *seen, colour, float(shift), upper | group)
         traces.append(smallest_trace(one.track, colour, SYMBOLS[j % len(SYMBOLS)], **lower, **group))
-        if one.first:
-            for axes, span in ((upper, (low, high)), (lower, depth)):
-                traces.append(
-                    level((one.first[0],) * 2, 0.0, line={"color": colour, "width": 1.2, "dash": "dash"})
-                    | {"y": numbers(span)} | axes | {"legendgroup": name}
-                )  # fmt: skip
+        if one.first is not None:
+            at, before, after = one.first
+            for axes, span in ((upper, seen), (lower, depth)):
+                line: Trace = {"y": numbers(span), "line": {"color": colour, "width": 1.2, "dash": "dash"}}
+                traces.append(box((before, after), span, colour, 0.12, legendgroup=name, **axes))
+                traces.append(level((at, at), 0.0, legendgroup=name, **axes) | line)
     return traces

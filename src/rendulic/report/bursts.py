@@ -9,6 +9,7 @@ import numpy as np
 
 from rendulic.probing.burst import VERDICTS
 from rendulic.report.figure import Figure, Trace, numbers
+from rendulic.report.tracks import box
 from rendulic.views.burst_curves import BurstCurve, BurstCurves, Energies, Equation1
 from rendulic.views.bursts import BurstsOfState, PredictedObserved
 
@@ -17,7 +18,7 @@ __all__ = ["burst_curves", "equation_1", "predicted_observed"]
 LOOKS = {
     "settles": ("circle", "--c0"),
     "fails": ("x", "--negative"),
-    "arrested": ("diamond", "--c5"),
+    "arrested": ("diamond", "--doubtful"),
     "undecided": ("square", "--muted"),
 }
 ENERGIES = ("--ink", "--c0", "--c1", "--c3", "--c2")
@@ -28,6 +29,7 @@ ALPHA = "direction of the strain increment α [°]"
 def predicted_observed(views: Mapping[str, PredictedObserved]) -> Figure:
     """One state at a time: W2n by direction, and what was observed there."""
     first = next(iter(views.values()))
+    worst = max(range(len(first.panels)), key=lambda k: int(first.panels[k].table.observed.sum()))
     return Figure(
         "bursts",
         f"{first.verdict} {first.caption}" if len(views) == 1 else first.caption,
@@ -40,13 +42,8 @@ def predicted_observed(views: Mapping[str, PredictedObserved]) -> Figure:
         },
         choice="Bursts",
         slide="State",
-        fixed=[
-            {
-                "type": "scatter", "mode": "lines", "x": [-5, 365, 365, -5], "y": [0, 0, -1.05, -1.05],
-                "fill": "toself", "fillcolor": "--negative-faint", "line": {"width": 0}, "hoverinfo": "skip",
-                "showlegend": False,
-            }
-        ],
+        fixed=[box((-5.0, 365.0), (-1.05, 0.0), "--negative", 0.15)],
+        start=worst,
         linked="state",
     )  # fmt: skip
 
@@ -89,8 +86,8 @@ def burst_curves(views: Mapping[str, BurstCurves]) -> Figure:
             "height": 420,
             "grid": {"rows": 1, "columns": 3, "pattern": "independent", "xgap": 0.16},
             "xaxis": time, "xaxis2": time, "xaxis3": time,
-            "yaxis": {"title": {"text": "kinetic energy / that of the push"}, "type": "log", "exponentformat": "power"},
-            "yaxis2": {"title": {"text": "strain along the push / its size"}, **_both_signs(_largest(views))},
+            "yaxis": {"title": {"text": "kinetic energy / push"}, "type": "log", "exponentformat": "power"},
+            "yaxis2": {"title": {"text": "strain / push"}, **_both_signs(_largest(views))},
             "yaxis3": {"title": {"text": "energy since rest [J]"}},
             "legend": {"orientation": "h", "y": -0.2, "yanchor": "top"},
         },
@@ -103,12 +100,22 @@ def _largest(views: Mapping[str, BurstCurves]) -> float:
 
 
 def _motion(view: BurstCurves) -> list[Trace]:
-    traces: list[Trace] = []
+    traces = _push(view)
     seen: set[str] = set()
     for curve in view.curves:
         traces += _curve(curve, curve.verdict not in seen)
         seen.add(curve.verdict)
     return traces
+
+
+def _push(view: BurstCurves) -> list[Trace]:
+    """Shaded from the beginning until the push is taken back."""
+    kinetic = np.concatenate([curve.kinetic[1:] for curve in view.curves])
+    strain = np.arcsinh(np.concatenate([curve.strain for curve in view.curves]))
+    return [
+        box((0.0, view.released), (float(values.min()), float(values.max())), "--muted", 0.3, xaxis=across, yaxis=up)
+        for values, across, up in ((kinetic, "x", "y"), (strain, "x2", "y2"))
+    ]
 
 
 def _curve(curve: BurstCurve, is_first: bool) -> list[Trace]:

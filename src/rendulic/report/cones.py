@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from rendulic.report.figure import Figure, Trace, numbers
-from rendulic.report.tracks import edge_traces, level, sector_traces, smallest_trace
+from rendulic.report.tracks import box, edge_traces, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.amplitude import Amplitude, Sizes
 from rendulic.views.cones import ConeOfState, Cones
+from rendulic.views.sectors import Track
 
 __all__ = ["amplitude", "cones"]
 
 ROW = 26  # pixels
+MOST_TICKS = 8
 ZERO = {"color": "--negative", "width": 1.2, "dash": "dash"}
 ISOCHORIC = {"color": "--muted", "width": 1, "dash": "dot"}
 
@@ -29,7 +34,7 @@ def cones(views: Mapping[str, Cones]) -> Figure:
             "height": 140 + ROW * max(len(view.rows) for view in views.values()),
             "barmode": "overlay",
             "xaxis": {
-                "title": {"text": "direction of the strain increment α [°]"}, "domain": [0.0, 0.66],
+                "title": {"text": "α [°]"}, "domain": [0.0, 0.66],
                 "range": [low, high], "dtick": 60 if high - low > 180.0 else 15,
             },
             "xaxis2": {"title": {"text": "smallest W2n"}, "domain": [0.7, 1.0]},
@@ -48,6 +53,7 @@ def _rows(view: Cones, low: float, high: float) -> list[Trace]:
     none = [row.label for row in view.rows if not row.sectors]
     line: Trace = {"type": "scatter", "mode": "lines", "hoverinfo": "skip", "y": ends}
     return [
+        _smallest(view.rows),  # first: it has all rows in their order
         line | {"x": [ISOCHORIC_COMPRESSION] * 2, "line": ISOCHORIC, "name": "undrained compression"},
         line | {"x": [0, 0], "xaxis": "x2", "line": ZERO, "showlegend": False},
         {
@@ -62,7 +68,6 @@ def _rows(view: Cones, low: float, high: float) -> list[Trace]:
             "type": "scatter", "mode": "text", "y": none, "x": [0.5 * (low + high)] * len(none),
             "text": ["none"] * len(none), "hoverinfo": "skip", "showlegend": False,
         },
-        _smallest(view.rows),
     ]  # fmt: skip
 
 
@@ -70,7 +75,7 @@ def _smallest(rows: tuple[ConeOfState, ...]) -> Trace:
     return {
         "type": "scatter", "mode": "markers", "xaxis": "x2", "showlegend": False,
         "x": numbers([row.smallest for row in rows]), "y": [row.label for row in rows],
-        "error_x": {"array": numbers([row.drift_share for row in rows]), "thickness": 1},
+        "error_x": {"array": numbers([row.drift_share for row in rows]), "thickness": 1, "color": "--muted"},
         "marker": {
             "symbol": ["circle" if row.is_significant else "circle-open" for row in rows], "size": 8,
             "color": ["--negative" if row.smallest < 0.0 else "--c0" for row in rows],
@@ -84,18 +89,24 @@ def amplitude(views: Mapping[str, Amplitude]) -> Figure:
     """One state at a time: the smallest W2n above, the edges of its sectors below."""
     first = next(iter(views.values()))
     low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
+    tracks = [one.track for view in views.values() for one in view.columns]
+    depth = work_range(tracks)
     return Figure(
         "amplitude",
         first.caption,
-        {label: {one.track.label: _sizes(one, low, high) for one in view.columns} for label, view in views.items()},
+        {
+            label: {one.track.label: _sizes(one, low, high, depth) for one in view.columns}
+            for label, view in views.items()
+        },
         {
             "height": 560,
-            "xaxis": {"title": {"text": first.quantity}, "type": "log", "anchor": "y2"},
-            "yaxis": {"title": {"text": "smallest W2n"}, "domain": [0.48, 1.0]},
+            "xaxis": {"title": {"text": first.quantity}, "type": "log", "anchor": "y2", **_ticks(tracks)},
+            "yaxis": {"title": {"text": "smallest W2n"}, "domain": [0.48, 1.0], "range": numbers(depth)},
             "yaxis2": {
                 "title": {"text": "α [°]"}, "domain": [0.0, 0.42], "range": [low, high],
                 "dtick": 60 if high - low > 180.0 else 15,
             },
+            "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
         },
         choice="Sample",
         slide="State",
@@ -104,20 +115,27 @@ def amplitude(views: Mapping[str, Amplitude]) -> Figure:
     )  # fmt: skip
 
 
-def _sizes(one: Sizes, low: float, high: float) -> list[Trace]:
+def _ticks(tracks: list[Track]) -> dict[str, Any]:
+    """At the norms themselves, if they are few."""
+    norms = sorted({float(norm) for track in tracks for norm in track.at})
+    if len(norms) > MOST_TICKS:
+        return {"exponentformat": "e"}
+    return {"tickvals": numbers(norms), "ticktext": [f"{norm:g}" for norm in norms]}
+
+
+def _sizes(one: Sizes, low: float, high: float, depth: tuple[float, float]) -> list[Trace]:
     track = one.track
     ends = (float(track.at[0]), float(track.at[-1]))
-    share = track.drift_share
-    around = {
-        "type": "scatter", "mode": "lines", "fill": "toself", "line": {"color": "--muted", "width": 0}, "opacity": 0.4,
-        "hoverinfo": "skip", "name": "drift",
-        "x": numbers([*track.at, *track.at[::-1]]), "y": numbers([*share, *-share[::-1]]),
-    }  # fmt: skip
-    traces: list[Trace] = [around, level(ends, 0.0, line=ZERO)]
+    share = np.minimum(np.nan_to_num(track.drift_share, nan=2.0), 2.0)
+    filled: Trace = {"type": "scatter", "mode": "lines", "fill": "toself", "hoverinfo": "skip", "opacity": 0.4}
+    around = {"x": numbers([*track.at, *track.at[::-1]]), "y": numbers([*share, *-share[::-1]])}
+    traces: list[Trace] = [filled | around | {"name": "drift", "line": {"color": "--muted", "width": 0}}]
     if one.plateau:
-        traces.append(
-            level(one.plateau, 0.0, line={"color": "--c0", "width": 8}, opacity=0.5, name="plateau", showlegend=True)
-        )
-    traces.append(smallest_trace(track, "--negative", "circle", showlegend=False))
-    traces.append(level(ends, ISOCHORIC_COMPRESSION, yaxis="y2", line=ISOCHORIC))
-    return traces + sector_traces(track, low, high, "--negative", 0.0, yaxis="y2")
+        traces.append(box(one.plateau, depth, "--c0", 0.25, name="plateau", showlegend=True))
+        traces.append(box(one.plateau, (low, high), "--c0", 0.25, yaxis="y2"))
+    traces += [
+        level(ends, 0.0, line=ZERO),
+        smallest_trace(track, "--negative", "circle", showlegend=False),
+        level(ends, ISOCHORIC_COMPRESSION, yaxis="y2", line=ISOCHORIC, name="undrained compression", showlegend=True),
+    ]
+    return traces + sector_traces(track, low, high, "--negative", 0.0, {"yaxis": "y2"})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from rendulic.probing.edges import is_unknown
 from rendulic.report.figure import Trace, numbers
 from rendulic.views.sectors import Sector, Track
 
-__all__ = ["edge_traces", "level", "sector_traces", "smallest_trace"]
+__all__ = ["box", "edge_traces", "level", "sector_traces", "smallest_trace", "work_range"]
 
 
 def edge_traces(points: Sequence[tuple[float | str, float, float]], upright: bool = True, **common: Any) -> list[Trace]:
@@ -41,7 +41,7 @@ def edge_traces(points: Sequence[tuple[float | str, float, float]], upright: boo
     return traces
 
 
-def sector_traces(track: Track, low: float, high: float, colour: str, shift: float, **common: Any) -> list[Trace]:
+def sector_traces(track: Track, low: float, high: float, colour: str, shift: float, common: Trace) -> list[Trace]:
     """Bars from edge to edge, with their uncertainty; shaded between neighbours where one sector goes on in the next."""
     base: Trace = {"type": "scatter", "name": track.label, "showlegend": False} | common
     x: list[float | None] = []
@@ -86,6 +86,22 @@ def smallest_trace(track: Track, colour: str, symbol: str, **common: Any) -> Tra
             "symbol": [symbol if sure else f"{symbol}-open" for sure in track.is_significant], "size": 8, "color": colour,
         },
         "hovertemplate": "%{x:.4~g}<br>smallest W2n = %{y:.3f}<extra>%{fullData.name}</extra>",
+    } | common  # fmt: skip
+
+
+def work_range(tracks: Iterable[Track]) -> tuple[float, float]:
+    """Values of W2n to show, the smallest of all tracks and zero among them."""
+    work = np.concatenate([track.smallest for track in tracks])
+    return min(1.15 * float(np.nanmin(work)), -0.2), max(1.15 * float(np.nanmax(work)), 0.4)
+
+
+def box(across: tuple[float, float], up: tuple[float, float], colour: str, opacity: float, **common: Any) -> Trace:
+    """A shaded rectangle of which nothing is told."""
+    (left, right), (bottom, top) = across, up
+    return {
+        "type": "scatter", "mode": "lines", "fill": "toself", "line": {"color": colour, "width": 0},
+        "opacity": opacity, "hoverinfo": "skip", "showlegend": False,
+        "x": numbers([left, right, right, left]), "y": numbers([bottom, bottom, top, top]),
     } | common  # fmt: skip
 
 

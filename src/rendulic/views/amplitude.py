@@ -27,7 +27,7 @@ __all__ = ["STUDY_FIGURES", "Amplitude", "Sizes", "amplitude", "sectors_in", "sw
 CAPTION = (
     "Smallest normalised second-order work W2n (above) and edges of the unstable sectors of strain (below) against the "
     "size of the probes. Grey: what the drift of the null probe could make; the sign of an open dot is not sure, and an "
-    "open edge could be made by the drift alone. Blue: the plateau, the sizes at which the smallest W2n hardly depends "
+    "edge without a bar of uncertainty could be made by the drift alone. Blue: the plateau, the sizes at which the smallest W2n hardly depends "
     "on the size."
 )
 

@@ -29,7 +29,7 @@ __all__ = ["STUDY_FIGURES", "BifurcationMap", "MapPanel", "Sample", "bifurcation
 CAPTION = (
     "Unstable directions of the strain increment (above) and smallest normalised second-order work W2n (below) against "
     "the stress ratio, each sample of a specimen in a colour of its own. Bars go from edge to edge of an unstable "
-    "sector; thin bars at the edges are their uncertainty, an open edge could be made by the drift of the null probe "
+    "sector; thin bars at the edges are their uncertainty, an edge without could be made by the drift of the null probe "
     "alone, and the sign of an open dot is not sure. Dashed: where W2 first vanishes, between the last ratio at which "
     "it is surely positive and the first at which it is surely negative (shaded). Where a line is broken, a state is "
     "missing."

@@ -21,10 +21,9 @@ HELD = 2  # phase of the curve in which the load is held
 SMALLEST = 1e-6  # of the kinetic energy of the disturbance; what is smaller is drawn there
 WORDS = {"settles": "settle", "fails": "fail"}
 CURVES = (
-    "Left: kinetic energy after the push, over that of the push. Middle: strain along the direction of the push, over "
-    "its size; curves that do not settle have the direction in degrees at their ends. Grey: the push is given and taken "
-    "back. Right: where the energy of the direction with the largest kinetic energy came from and went; its balance has "
-    "an error of {error:.0e} of the largest term."
+    "Left: kinetic energy after the push, over that of the push. Middle: strain along the direction of the push, over its "
+    "size. Grey: the push is given and taken back. Right: where the energy of the direction with the largest kinetic "
+    "energy came from and went; the error of its balance is {error:.0e} of the largest term."
 )
 EQUATION = (
     "Eq. 1 of the paper in single time steps: the change of kinetic energy against the work that should equal it, of "
