@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure, sequence
-from rendulic.foundation.errors import InvalidInput
+from rendulic.views import anatomy as anatomy_view
+from rendulic.views.anatomy import Anatomy, AnatomyAround
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,22 +39,27 @@ def anatomy(found: xr.Dataset, title: str = "") -> Figure:
     Map: grains seen along axis 3, coloured if they hold more than a tenth of the largest work of a grain; black dots
     are the contacts that carry half of the negative work.
     """
+    return _anatomy(anatomy_view.anatomy(found, title))
+
+
+@draw.register(Anatomy)
+def _anatomy(view: Anatomy) -> Figure:
+    found = view.found
     figure = new_figure(9.6, 6.0)
     with mpl.rc_context(RC):
         grid = figure.add_gridspec(2, 3)
-        _classes(figure.add_subplot(grid[0, 0]), found)
+        _classes(figure.add_subplot(grid[0, 0]), view)
         _distribution(figure.add_subplot(grid[0, 1]), found)
         _rose(figure.add_subplot(grid[0, 2], projection="polar"), found)
         _networks(figure.add_subplot(grid[1, 0]), found)
         _map(figure.add_subplot(grid[1, 1]), found)
         _clusters(figure.add_subplot(grid[1, 2]), found)
-        figure.suptitle(title, x=0.02, ha="left")
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure
 
 
-def _classes(axes: Axes, found: xr.Dataset) -> None:
-    names = [*map(str, found.contact_class.values), "inertial", "total"]
-    values = [*found.w2_by_class.values, float(found.w2_inertial), float(found.w2_boundary)]
+def _classes(axes: Axes, view: Anatomy) -> None:
+    names, values = list(view.by_class), list(view.by_class.values())
     axes.bar(names, values, color=[NEGATIVE if value < 0.0 else POSITIVE for value in values], width=0.7)
     axes.axhline(0.0, color=INK, lw=0.6)
     axes.axvline(len(names) - 1.5, color=FAINT, lw=0.8)
@@ -175,11 +182,12 @@ def anatomy_around(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     InvalidInput
         If a dataset has no anatomy.
     """
-    for label, data in probes.items():
-        if "negative_over_positive" not in data or "norm" in data.dims:
-            raise InvalidInput(
-                f"{label!r} has no anatomy at one norm: probe with anatomy=True and choose one with .sel(norm=...)"
-            )
+    return _anatomy_around(anatomy_view.anatomy_around(probes, title))
+
+
+@draw.register(AnatomyAround)
+def _anatomy_around(view: AnatomyAround) -> Figure:
+    probes = view.probes
     figure = new_figure(9.6, 6.0)
     panels = (
         ("negative_contacts", None, "share of contacts\nwith negative $w_2$"),
@@ -194,7 +202,6 @@ def anatomy_around(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
         for axes, (name, which, label) in zip(grid.T.flat, panels, strict=True):
             axes.axvspan(60, 240, color="#f4f4f4", lw=0)
             for (state, data), colour in zip(probes.items(), sequence(len(probes)), strict=True):
-                data = data.sortby("alpha")
                 values = _negative_sliding(data) if name == "sliding" else data[name]
                 values = values if which is None else values.sel(which=which)
                 axes.plot(data.alpha, values, "o-", ms=2.5, lw=1.0, color=colour, label=state)
@@ -207,7 +214,7 @@ def anatomy_around(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
             axes.set_xticks(range(0, 361, 60))
         grid[1, 0].axhline(1.0, color=NEGATIVE, lw=0.8, ls="--")
         figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(probes))
-        figure.suptitle(title, x=0.02, ha="left")
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure
 
 

@@ -36,8 +36,8 @@ SECTIONS = (
     Chapter("directions", "Second-order work by direction", ("fig3", "fig4", "sphere", "stress_probes")),
     Chapter("cones", "Unstable directions", ("cones", "amplitude", "map")),
     Chapter("bursts", "Bursts: predicted and observed failure", ("bursts", "equation_1")),
-    Chapter("loading", "Loading", ("fig1", "states")),
-    Chapter("tests", "Tests", ("elements", "fig9", "planes", "fig6")),
+    Chapter("loading", "Loading", ("fig1",)),
+    Chapter("tests", "Tests", ("elements", "fig9", "fig6")),
     Chapter("anatomy", "Where in the grains", ("anatomy", "specimen")),
     Chapter("run", "What was done", ("run", "missing")),
 )
