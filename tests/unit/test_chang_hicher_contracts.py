@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import warnings
 
@@ -11,7 +12,16 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.chang_hicher import MaterialPoint, closed_form_cone, load_many, material, plane_law, stability, tangent
+from rendulic.chang_hicher import (
+    MaterialPoint,
+    Parameters,
+    closed_form_cone,
+    load_many,
+    material,
+    plane_law,
+    stability,
+    tangent,
+)
 from rendulic.chang_hicher.law.critical_state import critical_void_ratio, peak_friction
 from rendulic.foundation.errors import InvalidInput
 from rendulic.io.tables import read_dataset, write_dataset
@@ -177,6 +187,19 @@ def test_unknown_presets(make):
     """The nearest name is suggested."""
     with pytest.raises(InvalidInput, match="unknown material 'hostun_lose': did you mean 'hostun_loose'"):
         make("hostun_lose")
+
+
+def test_signatures_show_every_option():
+    """Parameters of a sand by name, with their defaults where they hold; nothing hides behind `**`."""
+    shown = inspect.signature(rd.ChangHicher).parameters
+    assert {name: shown[name].default for name in Parameters.model_fields} == dict(Parameters())
+    for make in (rd.ChangHicher.preset, rd.ChangHicher.with_parameters):
+        assert set(Parameters.model_fields) <= set(inspect.signature(make).parameters)
+    for owner in (rd.ChangHicher, MaterialPoint):
+        methods = [function for name, function in inspect.getmembers(owner, callable) if not name.startswith("_")]
+        assert len(methods) >= 5
+        for parameter in (own for function in methods for own in inspect.signature(function).parameters.values()):
+            assert parameter.kind not in (parameter.VAR_KEYWORD, parameter.VAR_POSITIONAL), parameter
 
 
 def test_presets_are_the_papers():

@@ -42,7 +42,7 @@ def burst(specimen: Specimen, alpha, norm: float = 5e-5, n_steps: int = 5000, **
 
     The specimen itself is left as it was. Grains: a push or a kick, then free motion under the held load; see
     `dem.burst.burst` for the options. A material point: a small increase of the load; see
-    `chang_hicher.controllability.burst`.
+    `chang_hicher.drive.controllability.burst`.
 
     Parameters
     ----------

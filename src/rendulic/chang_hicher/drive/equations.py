@@ -42,10 +42,11 @@ def six_equations(
     strains, imposed = strain_rows[by_strain], target[by_strain]
     stresses, held = stress_rows[~by_strain], target[~by_strain]
     lateral = np.array([0.0, 1.0, -1.0]) / np.sqrt(2.0)
+    stress = point.stress
     if len(strains):
         rate = np.linalg.pinv(strains) @ imposed
         spanned = np.linalg.matrix_rank(np.vstack((strains, lateral))) == len(strains)
-        if spanned and abs(rate @ lateral) <= 1e-14 * np.abs(rate).max() and is_symmetric(point, EXCHANGE):
+        if spanned and abs(rate @ lateral) <= 1e-14 * np.abs(rate).max() and is_symmetric(point, EXCHANGE, stress):
             # a basis of the controlled strains without their lateral difference
             _, size, basis = np.linalg.svd(strains - np.outer(strains @ lateral, lateral))
             strains = basis[: int((size > 1e-9).sum())]
@@ -53,15 +54,14 @@ def six_equations(
             stresses, held = np.vstack((stresses, lateral)), np.append(held, 0.0)
     six, k = np.zeros((2, 6, 6)), len(stresses)
     six[0, :k, :3], six[1, k:3, :3] = stresses, strains
-    free = not len(strains) or all(is_symmetric(point, mirror) for mirror in MIRRORS)
+    free = not len(strains) or all(is_symmetric(point, mirror, stress) for mirror in MIRRORS)
     six[0 if free else 1, 3:, 3:] = np.eye(3)
     return six[0], six[1], np.concatenate((held, imposed, np.zeros(3)))
 
 
-def is_symmetric(point: PointState, operation: np.ndarray) -> bool:
-    """Whether planes, memory and stress are the same after an orthogonal operation (3, 3) on the axes."""
+def is_symmetric(point: PointState, operation: np.ndarray, stress: np.ndarray) -> bool:
+    """Whether planes, memory and `stress` are the same after an orthogonal operation (3, 3) on the axes."""
     image = point.model.geometry.image(operation)
-    stress = point.stress
     return (
         image is not None
         and bool(np.abs(operation @ stress @ operation.T - stress).max() <= 1e-9 * np.abs(stress).max())
