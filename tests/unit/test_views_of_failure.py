@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,6 +14,9 @@ from rendulic.figures.draw import draw
 from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.bifurcation import first_negative
 from rendulic.probing.edges import UNKNOWN
+from rendulic.report import bifurcation as map_of_page
+from rendulic.report import bursts as bursts_of_page
+from rendulic.report import cones as cones_of_page
 from rendulic.views.amplitude import amplitude
 from rendulic.views.bifurcation import bifurcation_map
 from rendulic.views.burst_curves import burst_curves, equation_1
@@ -186,6 +191,78 @@ def test_models_are_kept_apart_from_grains(sand):
     assert view.data.sizes == {"burst": 14}
     assert np.isnan(view.data.kinetic_growth.values[:12]).all()
     assert view.data.norm.values[[0, -1]].tolist() == [1e-9, 1e-4]
+
+
+@pytest.fixture(scope="module")
+def motion(sheared_state):
+    """Curves of two bursts of grains, and their table."""
+    sample, curves = rd.dem.Assembly.from_state(sheared_state), {}
+    table = rd.bursts(sample, rd.directions.axisymmetric([60.0, 130.0]), 1e-5, 200, on_burst=curves.__setitem__)
+    return table, {f"{alpha:.1f}": curve for alpha, curve in curves.items()}
+
+
+def plotted(figure):
+    """All frames of a figure of the page, checked by plotly itself; names of colours replaced as its script does it."""
+    import plotly.graph_objects as go
+
+    def coloured(value):
+        if isinstance(value, str):
+            return "#123456" if value.startswith("--") else value
+        if isinstance(value, dict):
+            return {key: coloured(inner) for key, inner in value.items()}
+        return [coloured(inner) for inner in value] if isinstance(value, list) else value
+
+    return [
+        go.Figure(coloured([*figure.fixed, *frame["data"]]), coloured(dict(figure.layout)))
+        for family in figure.data()["families"]
+        for frame in family["frames"]
+    ]
+
+
+def test_both_libraries_draw_every_view(found, two_seeds, sand, motion):
+    """A view has the same rows, samples and curves in both."""
+    table, curves = motion
+    sweep = amplitude({"sand": rd.cones_by_amplitude(sand, [1e-7, 3e-7, 1e-6], rd.directions.rendulic(30), 1)})
+    for view, render, panels, frames, traces in (
+        (cones(found), cones_of_page.cones, 2, 1, 5),
+        (sweep, cones_of_page.amplitude, 2, 1, 6),
+        (bifurcation_map({"loose": two_seeds, "other": two_seeds}), map_of_page.bifurcation_map, 4, 1, 14),
+        (predicted_observed({"a": table, "b": table}), bursts_of_page.predicted_observed, 2, 2, 2),
+        (burst_curves(curves), bursts_of_page.burst_curves, 3, 1, 11),
+        (equation_1(curves), bursts_of_page.equation_1, 1, 1, 3),
+    ):
+        figure = draw(view)
+        assert len(figure.axes) == panels
+        assert figure._repr_png_().startswith(b"\x89PNG")
+        page = render("a-name", {"a label": view})
+        assert page.name == "a-name"
+        assert page.caption.startswith(view.caption)
+        drawn = plotted(page)
+        assert len(drawn) == frames
+        assert all(len(frame.data) >= traces for frame in drawn)
+
+
+def test_an_unknown_edge_has_a_question_mark_and_no_bar():
+    """In both libraries, however it is drawn."""
+    table = table_of_cones([[-0.2], [-0.3]], [[(116.0, 126.0)], [(110.0, 130.0)]], UNKNOWN)
+    view = bifurcation_map({"loose": table})
+    bars = [each for each in draw(view).axes[0].containers if each.has_yerr]
+    assert not bars
+    (frame,) = plotted(map_of_page.bifurcation_map("map", {"": view}))
+    assert [trace.text for trace in frame.data if trace.mode == "text"] == [("?",) * 4]
+
+
+def test_the_page_draws_sectors_from_edge_to_edge(found):
+    """One across 0 degrees at both ends, as far as it is in sight."""
+    view = cones(found)
+    (first, last), row = found["eta = 1"].sectors[0], view.rows[0]
+    across = replace(row, label="across", sectors=(Sector(350.0, 385.0, 0.5, 0.5),))
+    page = cones_of_page.cones("cones", {"": replace(view, rows=(*view.rows, across), low=0.0, high=360.0)})
+    (frame,) = plotted(page)
+    (bars,) = [trace for trace in frame.data if trace.type == "bar"]
+    drawn = [(at, at + width) for at, width in zip(bars.base, bars.x, strict=True)]
+    assert_allclose(drawn, [(first, last), (-10.0, 25.0), (350.0, 385.0)], rtol=1e-4)
+    assert bars.y == ("eta = 1", "across", "across")
 
 
 def test_what_cannot_be_shown_is_refused(sand):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rendulic.probing.burst import VERDICTS
+from rendulic.report.draw import interactive
 from rendulic.report.figure import Figure, Trace, numbers
 from rendulic.report.tracks import box
 from rendulic.views.burst_curves import BurstCurve, BurstCurves, Energies, Equation1
@@ -26,13 +27,14 @@ MOST_POINTS = 2000  # of Eq. 1; more are thinned out
 ALPHA = "direction of the strain increment α [°]"
 
 
-def predicted_observed(views: Mapping[str, PredictedObserved]) -> Figure:
+@interactive(PredictedObserved)
+def predicted_observed(name: str, views: Mapping[str, PredictedObserved]) -> Figure:
     """One state at a time: W2n by direction, and what was observed there."""
     first = next(iter(views.values()))
     worst = max(range(len(first.panels)), key=lambda k: int(first.panels[k].table.observed.sum()))
     return Figure(
-        "bursts",
-        f"{first.verdict} {first.caption}" if len(views) == 1 else first.caption,
+        name,
+        first.caption,
         {label: {panel.label: _directions(panel) for panel in view.panels} for label, view in views.items()},
         {
             "height": 420,
@@ -74,13 +76,14 @@ def _directions(panel: BurstsOfState) -> list[Trace]:
     return traces
 
 
-def burst_curves(views: Mapping[str, BurstCurves]) -> Figure:
+@interactive(BurstCurves)
+def burst_curves(name: str, views: Mapping[str, BurstCurves]) -> Figure:
     """Kinetic energy, strain and energies of a state, side by side."""
     first = next(iter(views.values()))
     time = {"title": {"text": "time [ms]"}}
     return Figure(
-        "burst-curves",
-        f"{first.verdict} {first.caption}" if len(views) == 1 else first.caption,
+        name,
+        first.caption,
         {label: {"": [*_motion(view), *_balance(view.energies)]} for label, view in views.items()},
         {
             "height": 420,
@@ -160,7 +163,8 @@ def _both_signs(largest: float, smallest: float = 1.0, every: int = 1) -> dict[s
     }
 
 
-def equation_1(views: Mapping[str, Equation1]) -> Figure:
+@interactive(Equation1)
+def equation_1(name: str, views: Mapping[str, Equation1]) -> Figure:
     """The change of kinetic energy in single steps against the work that should equal it."""
     first = next(iter(views.values()))
     smallest = min(view.smallest for view in views.values())
@@ -170,7 +174,7 @@ def equation_1(views: Mapping[str, Equation1]) -> Figure:
     thinned = f" One of {every} steps is drawn." if every > 1 else ""
     ticks = _both_signs(largest, smallest, 2)
     return Figure(
-        "equation-1",
+        name,
         first.caption + thinned,
         {label: {"": _steps(view, smallest, every)} for label, view in views.items()},
         {

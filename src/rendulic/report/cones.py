@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rendulic.report.draw import interactive
 from rendulic.report.figure import Figure, Trace, numbers
 from rendulic.report.tracks import box, edge_traces, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
@@ -22,13 +23,14 @@ ZERO = {"color": "--negative", "width": 1.2, "dash": "dash"}
 ISOCHORIC = {"color": "--muted", "width": 1, "dash": "dot"}
 
 
-def cones(views: Mapping[str, Cones]) -> Figure:
+@interactive(Cones)
+def cones(name: str, views: Mapping[str, Cones]) -> Figure:
     """Rows of states: sectors as bars, and beside them the smallest W2n."""
     first = next(iter(views.values()))
     low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
     return Figure(
-        "cones",
-        f"{first.verdict} {first.caption}" if len(views) == 1 else first.caption,
+        name,
+        first.caption,
         {label: {"": _rows(view, low, high)} for label, view in views.items()},
         {
             "height": 140 + ROW * max(len(view.rows) for view in views.values()),
@@ -85,14 +87,15 @@ def _smallest(rows: tuple[ConeOfState, ...]) -> Trace:
     }  # fmt: skip
 
 
-def amplitude(views: Mapping[str, Amplitude]) -> Figure:
+@interactive(Amplitude)
+def amplitude(name: str, views: Mapping[str, Amplitude]) -> Figure:
     """One state at a time: the smallest W2n above, the edges of its sectors below."""
     first = next(iter(views.values()))
     low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
     tracks = [one.track for view in views.values() for one in view.columns]
     depth = work_range(tracks)
     return Figure(
-        "amplitude",
+        name,
         first.caption,
         {
             label: {one.track.label: _sizes(one, low, high, depth) for one in view.columns}

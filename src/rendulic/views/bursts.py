@@ -35,6 +35,7 @@ MODEL = (
     "models (a test of the code and no evidence: without inertia there is no motion to be watched, and the verdict "
     "repeats the sign of the tangent)"
 )
+LARGEST_RATIO = 1e6  # R is infinite at 90 and 270 degrees, but for rounding
 HEADS = (
     "state", "W2 < 0, lasting", "of them fail", "W2 < 0 at first", "of them do not", "W2 > 0", "of them do not", "agree",
 )  # fmt: skip
@@ -211,8 +212,9 @@ def _every(kind: str, panels: list[BurstsOfState]) -> Table:
 
 
 def _numbers(one: xr.Dataset) -> tuple[str, ...]:
+    ratio = float(one.ratio) + 0.0
     return (
-        f"{float(one.alpha):.4g}", f"{float(one.ratio) + 0.0:.2f}", f"{float(one.w2_normalised):+.2f}",
+        f"{float(one.alpha):.4g}", f"{ratio:.2f}" if abs(ratio) < LARGEST_RATIO else "∞", f"{float(one.w2_normalised):+.2f}",
         f"{float(one.w2_normalised_lasting):+.2f}",
     )  # fmt: skip
 
@@ -235,7 +237,8 @@ def bursts_of_study(results: Results) -> Mapping[str, View]:
         worst = max(watched, key=lambda one: int(one.table.observed.sum()))
         curves = {f"{alpha:.1f}": curve for alpha, curve in found[worst.label][1].items()}
         title = f"{worst.label}, pushed by {float(worst.table.attrs['norm']):g}"
-        made |= {"bursts_curves": burst_curves(curves, title), "bursts_equation_1": equation_1(curves, title)}
+        made["bursts_curves"] = burst_curves(curves, title)
+        made["bursts_equation_1"] = equation_1(curves, f"Eq. 1, {title}")
     return made
 
 

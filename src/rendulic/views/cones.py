@@ -10,7 +10,7 @@ import numpy as np
 
 from rendulic.views.amplitude import sweeps
 from rendulic.views.catalogue import StudyFigure
-from rendulic.views.circular import circular_panels
+from rendulic.views.circular import circular_diagram, circular_panels, in_the_plane
 from rendulic.views.sectors import Sector, direction_range
 from rendulic.views.view import Mark, Table, View
 
@@ -139,10 +139,27 @@ def cones_of_study(results: Results) -> Mapping[str, View]:
     """Cones of all states, with their circular diagrams and their dependence on the size of the probes."""
     if not results.cones:
         return {}
-    found = {str(state): cone for state, cone in results.cones.items()}
-    made: dict[str, View] = {"cones": cones(found, f"Cones, {size_of_probes(results)}")}
-    made["cones_diagrams"] = _diagrams(results)
+    made: dict[str, View] = {"cones": _all_cones(results), "cones_diagrams": _diagrams(results)}
     return made | {f"cones_{name}": view for name, view in sweeps(results).items()}
+
+
+def _families(results: Results) -> Mapping[str, View]:
+    """Cones of all states; circular diagrams of those samples whose only probes are those of their cones."""
+    if not results.cones:
+        return {}
+    made: dict[str, View] = {"all states": _all_cones(results)}
+    probed = {sample for _, sample, _ in in_the_plane(results)}
+    for sample in dict.fromkeys(state.sample for state in results.cones if state.sample not in probed):
+        states = [state for state in results.cones if state.sample == sample]
+        labels = {f"η = {state.eta:g}": str(state) for state in states}
+        probes = {f"η = {state.eta:g}": results.cones[state].probes for state in states}
+        made[f"{sample}, probes of the cones"] = circular_diagram(probes, str(sample), labels)
+    return made
+
+
+def _all_cones(results: Results) -> Cones:
+    found = {str(state): cone for state, cone in results.cones.items()}
+    return cones(found, f"Cones, {size_of_probes(results)}")
 
 
 def size_of_probes(results: Results) -> str:
@@ -162,7 +179,9 @@ def _diagrams(results: Results) -> View:
     for sample in first.values():
         states = [state for state in results.cones if state.sample == sample]
         some = np.unique(np.linspace(0, len(states) - 1, MOST_CURVES).round().astype(int)).tolist()
-        panels[str(sample)] = {f"eta = {states[k].eta:g}": results.cones[states[k]].probes for k in some}
+        panels[f"{sample}\n{results.about(sample)}"] = {
+            f"η = {states[k].eta:g}": results.cones[states[k]].probes for k in some
+        }
     return circular_panels(panels, f"Probes of the cones, {size_of_probes(results)}")
 
 
@@ -171,5 +190,12 @@ def _needs(plan: Plan) -> list[Unit]:
 
 
 STUDY_FIGURES = (
-    StudyFigure("cones", "unstable sectors of all states, with their edges", "a [[cones]] set", _needs, cones_of_study),
+    StudyFigure(
+        "cones",
+        "unstable sectors of all states, with their edges",
+        "a [[cones]] set",
+        _needs,
+        cones_of_study,
+        _families,
+    ),
 )
