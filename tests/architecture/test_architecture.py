@@ -38,7 +38,7 @@ ONLY_IN = {
     "typer": {"cli"},
     "rich": {"cli"},
     "pydantic": {"foundation/validation.py", "study", "io/plain_text.py", "chang_hicher/law/parameters.py"},
-    "h5py": {"specimen/state.py", "io", "study/store/unit_file.py"},
+    "h5py": {"foundation/hdf5.py", "specimen/state.py", "io", "study/store/unit_file.py"},
     "numba": {"foundation/compiling.py", "dem/kernels"},
     "distributed": {"study/execution/cluster.py"},
     "scipy": {"tensors/sphere_rules.py", "micro/clustering.py", "io/lammps/history.py"},

@@ -138,8 +138,76 @@ def test_a_small_file_cannot_claim_a_large_table(tmp_path):
     """Rows that were never written would take all memory when filled."""
     with h5py.File(tmp_path / "large.nc", "w") as file:
         file.create_dataset("q", (10**12,), chunks=(1000,), dtype=float).make_scale("q")
-    with pytest.raises(CorruptFile, match=r"large.nc .* says to hold 8000000000000 bytes"):
+    with pytest.raises(CorruptFile, match=r"large.nc: 'q' asks for more bytes \(8000000000000\) than"):
         rd.io.read_dataset(tmp_path / "large.nc")
+
+
+def other_files(file):
+    file.create_dataset("q", shape=(100,), dtype="u1", external=[("/etc/passwd", 0, 100)])
+
+
+def other_hdf5(file):
+    file["q"] = h5py.ExternalLink("other.h5", "/q")
+
+
+def within_itself(file):
+    file["above"] = file["/"]
+    file["also"] = file["/"]
+
+
+def seen_elsewhere(file):
+    layout = h5py.VirtualLayout((3,), "f8")
+    layout[:] = h5py.VirtualSource("/tmp/other.h5", "q", (3,))
+    file.create_virtual_dataset("q", layout)
+
+
+def packed(file):
+    file.create_dataset("q", data=np.zeros(100_000), compression="gzip")
+
+
+def one_text_many_times(file):
+    file.create_dataset("long", data="x" * 1_000_000, dtype=h5py.string_dtype())
+    file.attrs["texts"] = np.array(["x" * 1_000_000] * 200, dtype=object)
+
+
+def odd_attribute(file):
+    file["q"] = np.zeros(3)
+    file["q"].attrs["units"] = np.zeros(2, dtype=[("a", "f8"), ("b", "S3")])
+
+
+HOSTILE = [
+    (other_files, "'q' has its data in other files, which are not opened"),
+    (other_hdf5, "'q' is a link, and links are not followed"),
+    (within_itself, "is in the file twice"),
+    (seen_elsewhere, "'q' has its data in other files"),
+    (packed, "'q' is compressed"),
+    (one_text_many_times, "'/@texts' is not a plain attribute"),
+    (odd_attribute, "'q/@units' is not a plain attribute"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), HOSTILE)
+def test_a_table_reads_no_other_file_and_no_more_than_it_has(tmp_path, change, words):
+    """Nothing of /etc/passwd goes into a CSV file; nothing is written at all."""
+    with h5py.File(tmp_path / "bad.nc", "w") as file:
+        change(file)
+    with pytest.raises(CorruptFile, match=f"bad.nc: .*{words}"):
+        rd.io.read_dataset(tmp_path / "bad.nc")
+    with pytest.raises(CorruptFile):
+        export(tmp_path / "bad.nc", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_texts_of_any_length_are_read(tmp_path):
+    """As xarray writes them, in one dimension, in two and in none."""
+    texts = np.array(["a", "", "Höhe" * 1000], dtype=object)
+    table = xr.Dataset({"kind": ("event", texts), "both": (("event", "x"), np.stack((texts, texts), 1)), "one": ((), "ok")},
+                       attrs={"empty": "", "list": ["a", "b"], "number": 3})  # fmt: skip
+    back = rd.io.read_dataset(rd.io.write_dataset(table, tmp_path / "texts.nc"))
+    assert back.kind.values.tolist() == texts.tolist()
+    assert back.both.values.tolist() == table.both.values.tolist()
+    assert back.one.item() == "ok"
+    assert (back.attrs["empty"], back.attrs["number"], list(back.attrs["list"])) == ("", 3, ["a", "b"])
 
 
 # --- export -----------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import rendulic as rd
 from naive import different_arrays
 from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.sealed import front_block, sealed
 
 
 @pytest.fixture
@@ -51,10 +53,16 @@ def test_checksum_sees_every_array_and_number(sheared_state):
     assert len(checksums) == len(sheared_state.arrays) + 3
 
 
-def edit(change):
+def edit(change, then=lambda path: None):
+    """Change a file that has no front block, as those of the first version: its checksum is seen after it has been parsed."""
+
     def do(path):
+        data = path.read_bytes()
+        path.write_bytes(data[front_block(data) :])
+        rd.State.from_file(path)
         with h5py.File(path, "r+") as file:
             change(file)
+        then(path)
 
     return do
 
@@ -82,13 +90,14 @@ SPOILT = {
     "kind altered": (edit(lambda f: f.attrs.update(kind="Other")), "has been altered"),
     "not JSON": (edit(lambda f: f.attrs.update(attributes="{")), "not a readable rendulic state"),
     "no checksum": (edit(lambda f: f.attrs.pop("checksum")), "not a readable rendulic state"),
-    "no arrays": (edit(lambda f: f.pop("arrays")), "not a readable rendulic state"),
+    "no arrays": (edit(lambda f: f.pop("arrays")), "'arrays' is not there: expected a group of arrays"),
     "foreign HDF5": (edit(lambda f: f.attrs.pop("format")), "is an HDF5 file but not a rendulic state"),
     "later schema": (edit(lambda f: f.attrs.update(schema=2)), "has schema 2; this version of rendulic reads schema 1"),
-    "truncated": (truncate(0.5), r"truncated or foreign"),
-    "almost whole": (truncate(0.999), r"truncated or foreign"),
-    "empty": (truncate(0.0), r"truncated or foreign"),
-    "text": (lambda path: path.write_text("not a state"), r"truncated or foreign"),
+    "truncated": (truncate(0.5), "has been altered"),
+    "almost whole": (truncate(0.999), "has been altered"),
+    "of the first version, truncated": (edit(lambda f: None, truncate(0.5)), "truncated, altered or foreign"),
+    "empty": (truncate(0.0), "truncated, altered or foreign"),
+    "text": (lambda path: path.write_text("not a state"), "truncated, altered or foreign"),
 }
 
 
@@ -101,6 +110,42 @@ def test_spoilt_files_are_refused(written, name):
     with pytest.raises(CorruptFile, match=words) as caught:
         rd.State.from_file(written)
     assert str(written) in str(caught.value)
+
+
+def test_damage_is_seen_before_the_file_is_parsed(written, monkeypatch):
+    """Some damaged files keep the HDF5 library busy for ever: it never gets to see them."""
+    data = written.read_bytes()
+    monkeypatch.setattr(h5py, "File", None)
+    places = {*range(64, len(data), 997), *range(440, 520), len(data) - 1}
+    for place in sorted(places):
+        spoilt = bytearray(data)
+        spoilt[place] ^= 1
+        written.write_bytes(spoilt)
+        with pytest.raises(CorruptFile, match="has been altered"):
+            rd.State.from_file(written)
+
+
+def test_nested_json_is_refused(written):
+    """Deeper than any of ours, and than Python follows."""
+
+    def nest(file):
+        file.attrs["attributes"] = "[" * 60_000
+
+    edit(nest)(written)
+    with pytest.raises(CorruptFile, match="expected JSON, found lists and tables more than 64 deep"):
+        rd.State.from_file(written)
+
+
+def test_text_stored_as_bytes_is_text(sheared_state, written):
+    """Other writers of HDF5 store text so."""
+
+    def as_bytes(file):
+        for name, value in dict(file.attrs).items():
+            if isinstance(value, str):
+                file.attrs[name] = value.encode()
+
+    edit(as_bytes)(written)
+    assert rd.State.from_file(written).checksum == sheared_state.checksum
 
 
 @pytest.mark.parametrize(
@@ -153,7 +198,7 @@ def test_failure_while_writing_keeps_the_old_file(sheared_state, written, monkey
         raise OSError(28, "No space left on device")
 
     before = written.read_bytes()
-    monkeypatch.setattr(h5py.Group, "create_dataset", fail)
+    monkeypatch.setattr(Path, "write_bytes", fail)
     with pytest.raises(InvalidInput, match=r"cannot write .*No space left on device"):
         sheared_state.to_file(written)
     assert written.read_bytes() == before
@@ -166,7 +211,7 @@ def test_interruption_while_writing_leaves_no_part(sheared_state, written, monke
     def stop(*_args, **_options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(h5py.Group, "create_dataset", stop)
+    monkeypatch.setattr(Path, "write_bytes", stop)
     with pytest.raises(KeyboardInterrupt):
         sheared_state.to_file(written)
     assert all_names(written.parent) == ["good.h5"]
@@ -206,7 +251,7 @@ def test_tables_round_trip(packed, tmp_path):
     truncated = tmp_path / "half.nc"
     shutil.copy(path, truncated)
     truncate(0.5)(truncated)
-    with pytest.raises(CorruptFile, match="truncated or foreign"):
+    with pytest.raises(CorruptFile, match="truncated, altered or foreign"):
         read_dataset(truncated)
     with pytest.raises(InvalidInput, match="no table at"):
         read_dataset(tmp_path / "no.nc")
@@ -222,14 +267,42 @@ def stored_elsewhere(file):
 
 
 def swollen(file):
-    file["arrays"].create_dataset("swollen", shape=(2**40,), dtype="f8", chunks=(2**16,), compression="gzip")
+    file["arrays"].create_dataset("swollen", shape=(2**40,), dtype="f8", chunks=(2**16,))
 
 
-@pytest.mark.parametrize("change", [linked_elsewhere, stored_elsewhere, swollen])
-def test_only_data_of_the_file_itself_are_read(written, change):
-    """No link is followed, no other file opened, no array larger than the file made."""
+def compressed(file):
+    file["arrays"].create_dataset("packed", data=np.zeros(1000), compression="gzip")
+
+
+def twice(file):
+    file["arrays/again"] = file["arrays/grains"]
+
+
+def texts(file):
+    file["arrays"].create_dataset("texts", data=["a", "b"], dtype=h5py.string_dtype())
+
+
+def odd(file):
+    file.attrs.create("kind", np.zeros(2, dtype=[("a", "f8"), ("b", "i4")]))
+
+
+HOSTILE = [
+    (linked_elsewhere, "'arrays' is a link, and links are not followed"),
+    (stored_elsewhere, "'arrays/raw' has its data in other files"),
+    (swollen, r"'arrays/swollen' asks for more bytes \(8796093022208\) than the file has"),
+    (compressed, "'arrays/packed' is compressed"),
+    (twice, "is in the file twice"),
+    (texts, "'arrays/texts' is not a plain array"),
+    (odd, "'/@kind' is not a plain attribute"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), HOSTILE)
+@pytest.mark.parametrize("has_front", [False, True])
+def test_only_data_of_the_file_itself_are_read(written, change, words, has_front):
+    """No link is followed, no other file opened, nothing unpacked, no array larger than the file made; whoever signed it."""
     edit(change)(written)
-    with pytest.raises(
-        CorruptFile, match=r"links are not followed|has its data elsewhere or claims more than the file has"
-    ):
+    if has_front:
+        written.write_bytes(sealed({"format": "rendulic state"}, written.read_bytes()))
+    with pytest.raises(CorruptFile, match=words):
         rd.State.from_file(written)

@@ -159,7 +159,7 @@ def virtual(group):
 
 
 def huge(group):
-    group.create_dataset("huge", shape=(2**40,), dtype="f8", chunks=(2**16,), compression="gzip")
+    group.create_dataset("huge", shape=(2**40,), dtype="f8", chunks=(2**16,))
 
 
 def objects(group):
@@ -169,12 +169,12 @@ def objects(group):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (elsewhere, "'secret' is a link, and links are not followed"),
-        (aside, "'again' is a link"),
-        (outside, "'raw' has its data in other files"),
-        (virtual, "'seen' has its data in other files"),
-        (huge, "'huge' asks for more bytes than the file has"),
-        (objects, "'texts' is not a plain array"),
+        (elsewhere, "'curve/secret' is a link, and links are not followed"),
+        (aside, "'curve/again' is a link"),
+        (outside, "'curve/raw' has its data in other files"),
+        (virtual, "'curve/seen' has its data in other files"),
+        (huge, "'curve/huge' asks for more bytes .* than the file has"),
+        (objects, "'curve/texts' is not a plain array"),
     ],
 )
 def test_hostile_files_are_refused(file, change, words):

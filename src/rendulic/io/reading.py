@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.hdf5 import plain_file
+from rendulic.foundation.sealed import SIGNATURE, is_sealed
 from rendulic.specimen.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -44,8 +46,8 @@ def read(path: str | os.PathLike) -> Snapshot:
     if not path.is_file():
         raise InvalidInput(f"no snapshot at {path}: expected {KINDS}")
     with path.open("rb") as file:
-        begin = file.read(8)
-    if begin.startswith(b"\x89HDF\r\n\x1a\n"):
+        begin = file.read(64)
+    if begin.startswith(SIGNATURE) or is_sealed(begin):
         return _of_state(path) if _format(path) == "rendulic state" else snapshot.read_snapshot(path)
     if begin.startswith(b"PK"):
         return yade.read_snapshot(path)
@@ -80,13 +82,8 @@ def read_assembly(path: str | os.PathLike) -> Assembly:
 
 
 def _format(path: Path) -> object:
-    import h5py
-
-    try:
-        with h5py.File(path, "r") as file:
-            return file.attrs.get("format")
-    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
-        raise CorruptFile(f"{path} is not a readable HDF5 file (truncated?): {error}") from None
+    with plain_file(path, "HDF5 file") as file:
+        return file.attributes().get("format")
 
 
 def _of_state(path: Path) -> Snapshot:

@@ -1,6 +1,6 @@
 """The neutral snapshot file: grains, contacts with forces, and the box, of any engine.
 
-An HDF5 file with SI units, written by `write_snapshot` or by a user's own script:
+An HDF5 file with SI units, not compressed, written by `write_snapshot` or by a user's own script:
 
 | what | shape | meaning |
 |---|---|---|
@@ -25,16 +25,15 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.hdf5 import plain_file
+from rendulic.foundation.json_text import read_json_text
 from rendulic.foundation.whole_file import whole_file
 from rendulic.specimen.snapshot import Snapshot
-
-if TYPE_CHECKING:
-    import h5py
 
 __all__ = ["checked", "nearest_images", "read_about", "read_snapshot", "write_snapshot"]
 
@@ -97,65 +96,43 @@ def read_about(path: str | os.PathLike) -> dict[str, Any]:
 
 
 def _values(path: str | os.PathLike, with_fields: bool = True) -> tuple[dict[str, Any], dict[str, Any]]:
-    import h5py
-
     path = Path(path)
     if not path.is_file():
         raise InvalidInput(f"no snapshot at {path}: check the path")
     values: dict[str, Any] = {}
-    try:
-        with h5py.File(path, "r") as file:
-            _expect(path, file, "format", FORMAT)
-            _expect(path, file, "schema", SCHEMA)
-            _expect(path, file, "forces", CONVENTION)
-            about = json.loads(file.attrs.get("about", "{}"))
-            if not isinstance(about, dict):
-                raise CorruptFile(f"{path}: attribute 'about' must be a JSON object, found {about!r}")
-            if with_fields:
-                for name, (place, shape) in FIELDS.items():
-                    found = _array(path, file, place, shape, name in WHOLE)
-                    if found is None and name != "image":
-                        raise CorruptFile(f"{path} lacks the field {place}")
-                    values[name] = found
-                if "friction" in file.attrs:
-                    values["friction"] = float(file.attrs["friction"])
-    except CorruptFile:
-        raise
-    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
-        raise CorruptFile(f"{path} is not a readable snapshot (truncated, altered or foreign): {error}") from None
+    with plain_file(path, "snapshot") as file:
+        said = file.attributes()
+        for name, expected in (("format", FORMAT), ("schema", SCHEMA), ("forces", CONVENTION)):
+            if not isinstance(said.get(name), str | int) or said[name] != expected:
+                raise CorruptFile(f"{path}: attribute '{name}' must be {expected!r}, found {said.get(name)!r}")
+        about = read_json_text(str(said.get("about", "{}")))
+        if not isinstance(about, dict):
+            raise CorruptFile(f"{path}: attribute 'about' must be a JSON object, found {about!r}")
+        if with_fields:
+            for name, (place, shape) in FIELDS.items():
+                found = file.array(place)
+                if found is None and name != "image":
+                    raise CorruptFile(f"{path} lacks the field {place}")
+                values[name] = found if found is None else _field(path, found, place, shape, name in WHOLE)
+            if "friction" in said:
+                values["friction"] = float(said["friction"])
     return values, about
 
 
-def _expect(path: Path, file: h5py.File, name: str, value: Any) -> None:
-    found = file.attrs.get(name)
-    if isinstance(found, bytes):
-        found = found.decode(errors="replace")
-    if found is None or found != value:
-        raise CorruptFile(f"{path}: attribute '{name}' must be {value!r}, found {found!r}")
-
-
-def _array(path: Path, file: h5py.File, place: str, shape: tuple[int | None, ...], whole: bool) -> np.ndarray | None:
-    """One field, if it is there, of the right shape and kind, and inside the file."""
-    import h5py
-
-    group: Any = file
-    for part in place.split("/"):
-        link = group.get(part, getlink=True) if isinstance(group, h5py.Group) else None
-        if link is None:
-            return None
-        if not isinstance(link, h5py.HardLink):
-            raise CorruptFile(f"{path}: field {place} is a link; a snapshot must hold its data itself")
-        group = group[part]
-    if not isinstance(group, h5py.Dataset) or group.external or group.is_virtual:
-        raise CorruptFile(f"{path}: field {place} must be a dataset with its data in this file")
-    if len(group.shape) != len(shape) or any(b not in (None, a) for a, b in zip(group.shape, shape, strict=True)):
+def _field(path: Path, found: np.ndarray, place: str, shape: tuple[int | None, ...], whole: bool) -> np.ndarray:
+    """One field of the right shape and kind."""
+    if len(found.shape) != len(shape) or any(b not in (None, a) for a, b in zip(found.shape, shape, strict=True)):
         wanted = tuple("any" if size is None else size for size in shape)
-        raise CorruptFile(f"{path}: field {place} must have the shape {wanted}, found {group.shape}")
-    if group.shape[0] > LARGEST:
-        raise CorruptFile(f"{path}: field {place} has {group.shape[0]} rows, more than the {LARGEST} that are read")
-    if group.dtype.kind not in ("iu" if whole else "iuf"):
-        raise CorruptFile(f"{path}: field {place} must be of {'integers' if whole else 'numbers'}, found {group.dtype}")
-    return group[()].astype(np.int64 if whole else float)
+        raise CorruptFile(f"{path}: field {place} must have the shape {wanted}, found {found.shape}")
+    if found.shape[0] > LARGEST:
+        raise CorruptFile(f"{path}: field {place} has {found.shape[0]} rows, more than the {LARGEST} that are read")
+    if found.dtype.kind not in ("iu" if whole else "iuf"):
+        raise CorruptFile(f"{path}: field {place} must be of {'integers' if whole else 'numbers'}, found {found.dtype}")
+    if whole and len(found) and found.max() > np.iinfo(np.int64).max:
+        raise CorruptFile(
+            f"{path}: field {place} must be of integers up to {np.iinfo(np.int64).max}, found {found.max()}"
+        )
+    return found.astype(np.int64 if whole else float)
 
 
 def checked(snapshot: Snapshot, where: str) -> Snapshot:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import os
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.errors import InvalidInput
+from rendulic.foundation.hdf5 import plain_file, readable
 from rendulic.foundation.whole_file import whole_file
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["read_dataset", "write_csv", "write_dataset", "write_tables"]
-
-DEFLATED = 1032  # bytes that one byte of a compressed file can stand for at most
-# what the libraries below raise on bytes that are no NetCDF
-UNREADABLE = (OSError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RuntimeError, MemoryError)
 
 
 def write_dataset(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
@@ -67,19 +65,13 @@ def read_dataset(path: str | os.PathLike) -> xr.Dataset:
     CorruptFile
         If it is truncated or not NetCDF.
     """
-    import h5py
     import xarray as xr
 
     path = Path(path)
     if not path.is_file():
         raise InvalidInput(f"no table at {path}: check the path")
-    try:
-        sizes: list[int] = []
-        with h5py.File(path, "r") as file:
-            file.visititems(lambda _name, item: sizes.append(getattr(item, "nbytes", 0)))
-        if sum(sizes) > DEFLATED * path.stat().st_size:
-            raise ValueError(f"it says to hold {sum(sizes)} bytes, which cannot be in its {path.stat().st_size}")
-        return xr.load_dataset(path, engine="h5netcdf")
-    except UNREADABLE as error:
-        reason = " ".join(str(error).split())
-        raise CorruptFile(f"{path} is not a readable NetCDF file (truncated or foreign): {reason}") from None
+    with readable(path, "NetCDF file"):
+        data = path.read_bytes()  # what is checked is what is read
+        with plain_file(path, "NetCDF file", data) as file:
+            file.check()
+        return xr.load_dataset(BytesIO(data), engine="h5netcdf")

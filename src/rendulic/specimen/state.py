@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 
 from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.hdf5 import plain_file
+from rendulic.foundation.json_text import read_json_text
 from rendulic.foundation.notebooks import Shown
+from rendulic.foundation.sealed import sealed
 from rendulic.foundation.whole_file import whole_file
 
 __all__ = ["State"]
@@ -67,11 +70,15 @@ class State(Shown):
         """
         import h5py
 
-        with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
+        with h5py.File("state", "w", driver="core", backing_store=False) as file:
             file.attrs.update(format=FORMAT, schema=SCHEMA, kind=self.kind, checksum=self.checksum)
             file.attrs["attributes"] = json.dumps(self.attributes)
             for name, array in self.arrays.items():
                 file.create_dataset(f"arrays/{name}", data=array)
+            file.flush()
+            body = file.id.get_file_image()
+        with whole_file(path) as temporary:
+            temporary.write_bytes(sealed({"format": FORMAT, "schema": SCHEMA, "kind": self.kind}, body))
         return Path(path)
 
     @classmethod
@@ -85,36 +92,20 @@ class State(Shown):
         CorruptFile
             If it is truncated, altered, not a rendulic state, or of a later schema.
         """
-        import h5py
-
         path = Path(path)
         if not path.is_file():
             raise InvalidInput(f"no state file at {path}: check the path")
-        try:
-            with h5py.File(path, "r") as file:
-                found, schema = file.attrs.get("format"), file.attrs.get("schema")
-                if found != FORMAT:
-                    raise CorruptFile(f"{path} is an HDF5 file but not a rendulic state (its 'format' is {found!r})")
-                if schema != SCHEMA:
-                    raise CorruptFile(f"{path} has schema {schema}; this version of rendulic reads schema {SCHEMA}")
-                arrays: dict[str, np.ndarray] = {}
-
-                def collect(name: str, item: Any) -> None:
-                    if isinstance(item, h5py.Dataset):
-                        elsewhere = item.is_virtual or item.external is not None
-                        if elsewhere or item.nbytes > path.stat().st_size:
-                            raise CorruptFile(
-                                f"{path}: '{name}' has its data elsewhere or claims more than the file has"
-                            )
-                        arrays[name] = item[()]
-
-                if isinstance(file.get("arrays", getlink=True), h5py.SoftLink | h5py.ExternalLink):
-                    raise CorruptFile(f"{path} has no arrays of its own; links are not followed")
-                file["arrays"].visititems(collect)
-                kind, expected = str(file.attrs["kind"]), str(file.attrs["checksum"])
-                state = cls(kind, arrays, json.loads(file.attrs["attributes"]))
-        except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
-            raise CorruptFile(f"{path} is not a readable rendulic state (truncated or foreign): {error}") from None
+        with plain_file(path, "rendulic state") as file:
+            about = file.attributes()
+            found, schema = about.get("format"), about.get("schema")
+            if found != FORMAT:
+                raise CorruptFile(f"{path} is an HDF5 file but not a rendulic state (its 'format' is {found!r})")
+            if schema != SCHEMA:
+                raise CorruptFile(f"{path} has schema {schema}; this version of rendulic reads schema {SCHEMA}")
+            kind, expected, attributes = (str(about[name]) for name in ("kind", "checksum", "attributes"))
+            state = cls(kind, file.arrays("arrays"), read_json_text(attributes))
+            if not isinstance(state.attributes, dict):
+                raise ValueError(f"expected attributes with names, found {attributes[:80]!r}")
         if state.checksum != expected:
             raise CorruptFile(f"{path} has been altered: its content does not match its checksum; write it again")
         return state

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.json_text import read_json_text
 from rendulic.foundation.whole_file import whole_file
 from rendulic.study.store.unit_file import from_bytes, to_bytes
 
@@ -115,7 +116,7 @@ class Store:
         notes = {}
         for path in sorted((self.folder / "failed").glob("*.json")):
             with suppress(OSError, ValueError):
-                note = json.loads(path.read_text(encoding="utf-8"))
+                note = read_json_text(path.read_text(encoding="utf-8"))
                 if isinstance(note, dict) and {"label", "error", "is_final"} <= set(note):
                     notes[path.stem] = note
         return notes
@@ -135,8 +136,8 @@ class Store:
 
     def read_json(self, name: str) -> Any:
         """A small file of the folder, or None if there is none that can be read."""
-        with suppress(OSError, ValueError, RecursionError):
-            return json.loads((self.folder / name).read_text(encoding="utf-8"))
+        with suppress(OSError, ValueError):
+            return read_json_text((self.folder / name).read_text(encoding="utf-8"))
         return None
 
     @contextmanager
