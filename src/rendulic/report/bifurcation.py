@@ -10,7 +10,7 @@ import numpy as np
 from rendulic.report.cones import ISOCHORIC, ZERO
 from rendulic.report.draw import interactive
 from rendulic.report.figure import SYMBOLS, Figure, Trace, categories, numbers
-from rendulic.report.tracks import box, level, sector_traces, smallest_trace, work_range
+from rendulic.report.tracks import box, caption_of, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.bifurcation import BifurcationMap, MapPanel
 
@@ -22,13 +22,12 @@ ASIDE = 0.12  # of the distance of two states: how far the samples of a specimen
 @interactive(BifurcationMap)
 def bifurcation_map(name: str, views: Mapping[str, BifurcationMap]) -> Figure:
     """Specimens side by side: unstable directions above, the smallest W2n below."""
-    first = next(iter(views.values()))
     labels = list(dict.fromkeys(panel.label for view in views.values() for panel in view.panels))
     low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
     depth = work_range(one.track for view in views.values() for panel in view.panels for one in panel.samples)
     return Figure(
         name,
-        first.caption,
+        caption_of(views),
         {
             label: {
                 "": [

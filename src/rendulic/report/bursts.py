@@ -10,7 +10,7 @@ import numpy as np
 from rendulic.probing.burst import VERDICTS
 from rendulic.report.draw import interactive
 from rendulic.report.figure import Figure, Trace, numbers
-from rendulic.report.tracks import box
+from rendulic.report.tracks import box, caption_of
 from rendulic.views.burst_curves import BurstCurve, BurstCurves, Energies, Equation1
 from rendulic.views.bursts import BurstsOfState, PredictedObserved
 
@@ -34,7 +34,7 @@ def predicted_observed(name: str, views: Mapping[str, PredictedObserved]) -> Fig
     worst = max(range(len(first.panels)), key=lambda k: int(first.panels[k].table.observed.sum()))
     return Figure(
         name,
-        first.caption,
+        caption_of(views),
         {label: {panel.label: _directions(panel) for panel in view.panels} for label, view in views.items()},
         {
             "height": 420,
@@ -79,11 +79,10 @@ def _directions(panel: BurstsOfState) -> list[Trace]:
 @interactive(BurstCurves)
 def burst_curves(name: str, views: Mapping[str, BurstCurves]) -> Figure:
     """Kinetic energy, strain and energies of a state, side by side."""
-    first = next(iter(views.values()))
     time = {"title": {"text": "time [ms]"}}
     return Figure(
         name,
-        first.caption,
+        caption_of(views),
         {label: {"": [*_motion(view), *_balance(view.energies)]} for label, view in views.items()},
         {
             "height": 420,
@@ -166,7 +165,6 @@ def _both_signs(largest: float, smallest: float = 1.0, every: int = 1) -> dict[s
 @interactive(Equation1)
 def equation_1(name: str, views: Mapping[str, Equation1]) -> Figure:
     """The change of kinetic energy in single steps against the work that should equal it."""
-    first = next(iter(views.values()))
     smallest = min(view.smallest for view in views.values())
     largest = max(float(np.abs(view.d_kinetic).max()) for view in views.values())
     count = max(len(view.d_kinetic) for view in views.values())
@@ -175,7 +173,7 @@ def equation_1(name: str, views: Mapping[str, Equation1]) -> Figure:
     ticks = _both_signs(largest, smallest, 2)
     return Figure(
         name,
-        first.caption + thinned,
+        caption_of(views) + thinned,
         {label: {"": _steps(view, smallest, every)} for label, view in views.items()},
         {
             "height": 460,

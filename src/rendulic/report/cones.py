@@ -9,7 +9,7 @@ import numpy as np
 
 from rendulic.report.draw import interactive
 from rendulic.report.figure import Figure, Trace, numbers
-from rendulic.report.tracks import box, edge_traces, level, sector_traces, smallest_trace, work_range
+from rendulic.report.tracks import box, caption_of, edge_traces, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.amplitude import Amplitude, Sizes
 from rendulic.views.cones import ConeOfState, Cones
@@ -26,11 +26,10 @@ ISOCHORIC = {"color": "--muted", "width": 1, "dash": "dot"}
 @interactive(Cones)
 def cones(name: str, views: Mapping[str, Cones]) -> Figure:
     """Rows of states: sectors as bars, and beside them the smallest W2n."""
-    first = next(iter(views.values()))
     low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
     return Figure(
         name,
-        first.caption,
+        caption_of(views),
         {label: {"": _rows(view, low, high)} for label, view in views.items()},
         {
             "height": 140 + ROW * max(len(view.rows) for view in views.values()),
@@ -96,7 +95,7 @@ def amplitude(name: str, views: Mapping[str, Amplitude]) -> Figure:
     depth = work_range(tracks)
     return Figure(
         name,
-        first.caption,
+        caption_of(views),
         {
             label: {one.track.label: _sizes(one, low, high, depth) for one in view.columns}
             for label, view in views.items()

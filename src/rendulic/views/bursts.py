@@ -242,10 +242,15 @@ def bursts_of_study(results: Results) -> Mapping[str, View]:
     return made
 
 
+def _families(results: Results) -> Mapping[str, View]:
+    words = {"bursts": "all states", "bursts_curves": "curves", "bursts_equation_1": "Eq. 1"}
+    return {words[stem]: view for stem, view in bursts_of_study(results).items()}
+
+
 def _needs(plan: Plan) -> list[Unit]:
     return [unit for units in plan.of("bursts").values() for unit in units]
 
 
 STUDY_FIGURES = (
-    StudyFigure("bursts", "predicted against observed failure", "a [[bursts]] set", _needs, bursts_of_study),
+    StudyFigure("bursts", "predicted against observed failure", "a [[bursts]] set", _needs, bursts_of_study, _families),
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.views.amplitude import sweeps
+from rendulic.views import amplitude, sphere, stress_probes
 from rendulic.views.catalogue import StudyFigure
 from rendulic.views.circular import circular_diagram, circular_panels, in_the_plane
 from rendulic.views.sectors import Sector, direction_range
@@ -29,6 +29,8 @@ CAPTION = (
     "drift of the null probe could make. The bar about a value of W2n is what the drift has in it; open where it is not "
     "smaller than the value."
 )
+# drawn with cones, where a study has them
+BESIDE = (*amplitude.STUDY_FIGURES, *stress_probes.STUDY_FIGURES, *sphere.STUDY_FIGURES)
 MOST_CURVES = 8  # in a circular diagram
 HEADS = ("state", "unstable from … to", "opening [°]", "smallest W2n", "at α [°]", "sign is sure")
 
@@ -136,11 +138,12 @@ def _table(rows: tuple[ConeOfState, ...]) -> Table:
 
 
 def cones_of_study(results: Results) -> Mapping[str, View]:
-    """Cones of all states, with their circular diagrams and their dependence on the size of the probes."""
+    """Cones of all states with their circular diagrams; and what belongs to them, see `BESIDE`."""
     if not results.cones:
         return {}
     made: dict[str, View] = {"cones": _all_cones(results), "cones_diagrams": _diagrams(results)}
-    return made | {f"cones_{name}": view for name, view in sweeps(results).items()}
+    beside = {stem: view for figure in BESIDE for stem, view in figure.views(results).items()}
+    return made | {f"cones_{stem}": view for stem, view in beside.items()}
 
 
 def _families(results: Results) -> Mapping[str, View]:
@@ -186,7 +189,8 @@ def _diagrams(results: Results) -> View:
 
 
 def _needs(plan: Plan) -> list[Unit]:
-    return [unit for units in plan.of("cones").values() for unit in units]
+    units = [unit for units in plan.of("cones").values() for unit in units]
+    return [*units, *(unit for figure in BESIDE for unit in figure.needs(plan))] if units else []
 
 
 STUDY_FIGURES = (
