@@ -8,13 +8,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 from test_lattices import K, R, face_centred
 
 import rendulic as rd
+from fakes import FRAME, Answering, constant, linear, single
 from rendulic.probing.cone_table import cone_table
 from rendulic.probing.consistency import stress_on_strain
 from rendulic.probing.edges import UNKNOWN, wrap
 from rendulic.tensors.rendulic_plane import direction_of, increment_along
 
 HUGE = 1e6  # a friction that no contact overcomes
-FRAME = increment_along(np.array([0.0, 90.0]))  # unit increments along the two axes of the Rendulic plane
 
 
 # --- elastic lattices ----------------------------------------------------------------------------------
@@ -106,7 +106,7 @@ def test_edges_of_the_model(sand, closed):
     cone = rd.instability_cone(sand, norm=1e-8, n_steps=1, tolerance=0.01, workers=1)
     ((low, high),) = cone.edge_uncertainty
     assert cone.tolerance <= 0.01
-    assert_allclose([low, high], 0.5 * cone.tolerance, rtol=1e-6)
+    assert_allclose([low, high], 0.5 * cone.tolerance, rtol=1e-12)
     # the finite size of the probes turns an edge by less than 2e-3 degrees
     assert_allclose(cone.sectors, [closed], rtol=0, atol=low + 2e-3)
     assert cone.strain_sectors == cone.sectors
@@ -119,7 +119,8 @@ def test_stress_probes_show_the_same_sector_of_strain(sand, closed):
     (sector,) = cone.strain_sectors
     error = np.abs(np.subtract(sector, closed))
     assert (error <= np.array(cone.strain_edge_uncertainty[0]) + 2e-3).all()
-    assert error.max() < 0.1
+    # a step of 0.02 degrees of stress near an edge hardly turns the strain that answers
+    assert error.max() < 2e-3
     assert abs(wrap(cone.sectors[0][0] - closed[0])) > 45.0
     assert closed[0] < cone.smallest_strain_alpha < closed[1]
     table = cone_table(np.array([cone], dtype=object), {"specimen": [0]})
@@ -172,74 +173,6 @@ def test_the_first_stress_ratio_of_the_model():
 
 
 # --- tangents written down -----------------------------------------------------------------------------
-
-
-class Made:
-    """A specimen that answers increments as it is told, and drifts in what is not imposed."""
-
-    def __init__(self, answer, inverse=None, drift=(0.0, 0.0, 0.0)):
-        self.answers = {"strain": answer, "stress": inverse}
-        self.drift = np.array(drift)
-        self.sigma, self.eps = np.zeros(3), np.zeros(3)
-
-    @property
-    def stress(self):
-        return np.diag(self.sigma)
-
-    @property
-    def strain(self):
-        return np.diag(self.eps)
-
-    def load(self, path, **options):
-        raise AssertionError("a probe never follows a path")
-
-    def probe(self, increment, n_steps, *, kind="strain", marks=(1.0,), on_mark=None):
-        imposed, answered = (self.eps, self.sigma) if kind == "strain" else (self.sigma, self.eps)
-        imposed += increment
-        answered += self.answers[kind](increment) + self.drift
-        on_mark(1.0)
-
-    def save(self):
-        return rd.State("Made", {}, {})
-
-    def restore(self, state):
-        raise AssertionError("the specimen itself is never changed")
-
-    def clone(self):
-        return Made(self.answers["strain"], self.answers["stress"], self.drift)
-
-
-def linear(middle, half, twist=0.0, **options):
-    """Unstable less than `half` degrees from `middle` and from its opposite.
-
-    In the plane `W2 = cos(2 half) - cos(2 (alpha - middle))` of the symmetric part of the matrix; `twist` is its
-    antisymmetric part. With less than 1 or so of it the determinant is negative: answers turn clockwise.
-    """
-    turn, mean = np.radians(2.0 * middle), np.cos(np.radians(2.0 * half))
-    plane = [[mean - np.cos(turn), -np.sin(turn) - twist], [-np.sin(turn) + twist, mean + np.cos(turn)]]
-    matrix = FRAME.T @ plane @ FRAME + np.eye(3) - FRAME.T @ FRAME
-    return Made(lambda d: matrix @ d, lambda d: np.linalg.solve(matrix, d), **options)
-
-
-def single(middle, half, **options):
-    """Unstable less than `half` degrees from `middle` only: `cos(half) - cos(alpha - middle)` along, 1 across."""
-
-    def answer(increment):
-        norm, alpha = np.linalg.norm(increment), float(direction_of(increment))
-        along = np.cos(np.radians(half)) - np.cos(np.radians(alpha - middle))
-        return norm * (along * increment_along(alpha) + increment_along(alpha + 90.0))
-
-    return Made(answer, **options)
-
-
-def constant(along, **options):
-    """The same W2n in all directions."""
-
-    def answer(increment):
-        alpha = direction_of(increment)
-        return np.linalg.norm(increment) * (along * increment_along(alpha) + increment_along(alpha + 90.0))
-
-    return Made(answer, **options)
 
 
 def cone_of(specimen, kind="strain", **options):
@@ -309,7 +242,7 @@ def test_directions_without_an_answer_are_not_unstable():
     """W2n is no number where the stress does not answer; the edge hidden there is within the uncertainty."""
     whole = single(130.0, 30.0)
     answer = whole.answers["strain"]
-    cone = cone_of(Made(lambda d: answer(d) * (not 92.0 < direction_of(d) < 112.0)))
+    cone = cone_of(Answering(lambda d: answer(d) * (not 92.0 < direction_of(d) < 112.0)))
     ((first, last),) = cone.sectors
     assert 111.0 < first < 113.0
     assert first - cone.edge_uncertainty[0][0] < 100.0

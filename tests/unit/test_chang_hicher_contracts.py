@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import rendulic as rd
+from fakes import constant, single, working
 from rendulic.chang_hicher import (
     MaterialPoint,
     Parameters,
@@ -582,55 +583,6 @@ def test_curves_are_complete():
 # --- instability cone of any specimen ------------------------------------------------------------------
 
 
-class Made:
-    """A specimen that answers an increment of direction alpha with `w(alpha)` along it and as much as 1 across.
-
-    Its normalised second-order work is `w / sqrt(w^2 + 1)`: negative where w is. A stress that drifts
-    by itself can be added.
-    """
-
-    def __init__(self, work, drift=(0.0, 0.0, 0.0)):
-        self.work, self.drift = work, np.array(drift)
-        self.sigma, self.eps = np.zeros(3), np.zeros(3)
-
-    @property
-    def stress(self):
-        return np.diag(self.sigma)
-
-    @property
-    def strain(self):
-        return np.diag(self.eps)
-
-    def load(self, path, **options):
-        raise AssertionError("a probe never follows a path")
-
-    def probe(self, increment, n_steps, *, kind="strain", marks=(1.0,), on_mark=None):
-        alpha = np.degrees(np.arctan2(increment[0], np.sqrt(2.0) * increment[1]))
-        norm = np.linalg.norm(increment)
-        along, across = (rd.directions.axisymmetric(alpha + turn).increments(1.0)[0] for turn in (0.0, 90.0))
-        answer = norm * (self.work(alpha) * along + across)
-        imposed, answered = (self.eps, self.sigma) if kind == "strain" else (self.sigma, self.eps)
-        imposed += increment
-        answered += answer + self.drift
-        on_mark(1.0)
-
-    def save(self):
-        return rd.State("Made", {"sigma": self.sigma.copy(), "eps": self.eps.copy()}, {})
-
-    def restore(self, state):
-        self.sigma, self.eps = state.arrays["sigma"].copy(), state.arrays["eps"].copy()
-
-    def clone(self):
-        other = Made(self.work, self.drift)
-        other.sigma, other.eps = self.sigma.copy(), self.eps.copy()
-        return other
-
-
-def around(middle, half):
-    """Negative less than `half` degrees from `middle`: `cos(half) - cos(alpha - middle)`."""
-    return lambda alpha: np.cos(np.radians(half)) - np.cos(np.radians(alpha - middle))
-
-
 @pytest.mark.parametrize("kind", ["strain", "stress"])
 @pytest.mark.parametrize("tolerance", [1.0, 0.05])
 @pytest.mark.parametrize(
@@ -638,7 +590,7 @@ def around(middle, half):
 )
 def test_edges_of_a_made_up_cone(middle, half, tolerance, kind):
     """Both edges within half the bracket that is returned, which is no wider than asked; also across 0 degrees."""
-    made = Made(around(middle, half))
+    made = single(middle, half)
     cone = rd.instability_cone(made, kind=kind, tolerance=tolerance)
     assert cone.tolerance <= tolerance
     assert len(cone.sectors) == 1
@@ -657,7 +609,7 @@ def test_edges_of_a_made_up_cone(middle, half, tolerance, kind):
 
 def test_two_sectors():
     """Opposite sectors, as a linear material has them, are told apart; one of them lies across 0 degrees."""
-    cone = rd.instability_cone(Made(lambda a: 0.5 - np.cos(2 * np.radians(a))), tolerance=0.1)
+    cone = rd.instability_cone(working(lambda a: 0.5 - np.cos(2 * np.radians(a))), tolerance=0.1)
     assert_allclose(cone.sectors, [(150.0, 210.0), (330.0, 390.0)], rtol=0, atol=0.05 + 1e-9)
     assert_allclose(cone.opening, 120.0, rtol=0, atol=0.2)
 
@@ -665,7 +617,7 @@ def test_two_sectors():
 @pytest.mark.parametrize(("work", "sectors"), [(-0.3, ((0.0, 360.0),)), (0.3, ())])
 def test_everywhere_and_nowhere(work, sectors):
     """A cone all around, or none: no edge, and no bracket."""
-    cone = rd.instability_cone(Made(lambda _alpha: work))
+    cone = rd.instability_cone(constant(work))
     assert cone.sectors == sectors
     assert cone.is_empty == (work > 0)
     assert (cone.tolerance, cone.opening) == (0.0, 360.0 if work < 0 else 0.0)
@@ -674,7 +626,7 @@ def test_everywhere_and_nowhere(work, sectors):
 
 def test_a_sector_between_directions_is_found_with_more_of_them():
     """Ten degrees apart a sector of 4 degrees is missed, one degree apart it is not."""
-    made = Made(around(135.0, 2.0))
+    made = single(135.0, 2.0)
     assert rd.instability_cone(made).is_empty
     cone = rd.instability_cone(made, rd.directions.rendulic(step=1), tolerance=0.01)
     assert_allclose(cone.sectors, [(133.0, 137.0)], rtol=0, atol=0.006)
@@ -682,7 +634,7 @@ def test_a_sector_between_directions_is_found_with_more_of_them():
 
 def test_probes_of_a_cone_come_along():
     """Sorted, each direction once, with those that the bisection added; the specimen as it was."""
-    made = Made(around(130.0, 20.0))
+    made = single(130.0, 20.0)
     cone = rd.instability_cone(made, tolerance=0.1)
     alpha = cone.probes.alpha.values
     assert (np.diff(alpha) > 0.0).all()
@@ -695,10 +647,10 @@ def test_probes_of_a_cone_come_along():
 def test_drift_is_no_instability():
     """A stress that drifts makes W2 negative somewhere: the cone is there, and said not to be significant."""
     norm = 5e-5
-    cone = rd.instability_cone(Made(lambda _alpha: 1.0, drift=-3.0 * norm * np.array([1.0, 0.0, 0.0])), norm=norm)
+    cone = rd.instability_cone(constant(1.0, drift=-3.0 * norm * np.array([1.0, 0.0, 0.0])), norm=norm)
     assert not cone.is_empty
     assert not cone.is_significant
-    assert rd.instability_cone(Made(lambda _alpha: -1.0), norm=norm).is_significant
+    assert rd.instability_cone(constant(-1.0), norm=norm).is_significant
 
 
 @pytest.mark.parametrize(
@@ -716,7 +668,7 @@ def test_drift_is_no_instability():
 def test_cones_refuse(options, words):
     """Tolerances, norms and kinds without meaning."""
     with pytest.raises(InvalidInput, match=words):
-        rd.instability_cone(Made(lambda _alpha: 1.0), **options)
+        rd.instability_cone(constant(1.0), **options)
 
 
 def test_states_of_points_are_told_in_their_repr(point):

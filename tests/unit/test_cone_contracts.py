@@ -8,49 +8,11 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import rendulic as rd
+from fakes import single
 from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.cone_table import with_spread
-from rendulic.tensors.rendulic_plane import direction_of, increment_along
 
 QUICK = {"norm": 1.0, "n_steps": 1, "workers": 1}
-
-
-class Made:
-    """Unstable less than `half` degrees from `middle`; counts the probes that were asked of it and its copies."""
-
-    def __init__(self, middle=130.0, half=30.0, count=None):
-        self.middle, self.half = middle, half
-        self.count = [0] if count is None else count
-        self.sigma, self.eps = np.zeros(3), np.zeros(3)
-
-    @property
-    def stress(self):
-        return np.diag(self.sigma)
-
-    @property
-    def strain(self):
-        return np.diag(self.eps)
-
-    def load(self, path, **options):
-        raise AssertionError("a probe never follows a path")
-
-    def probe(self, increment, n_steps, *, kind="strain", marks=(1.0,), on_mark=None):
-        self.count[0] += 1
-        alpha = direction_of(increment)
-        along = np.cos(np.radians(self.half)) - np.cos(np.radians(alpha - self.middle))
-        answer = np.linalg.norm(increment) * (along * increment_along(alpha) + increment_along(alpha + 90.0))
-        for mark in marks:
-            self.eps, self.sigma = mark * increment, mark * answer
-            on_mark(mark)
-
-    def save(self):
-        return rd.State("Made", {}, {})
-
-    def restore(self, state):
-        raise AssertionError("the specimen itself is never changed")
-
-    def clone(self):
-        return Made(self.middle, self.half, self.count)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +30,7 @@ class Made:
 )
 def test_directions_that_leave_something_out(directions, words):
     """A cone must be looked for all around; nothing is probed before that is known."""
-    made = Made()
+    made = single()
     with pytest.raises(InvalidInput, match=words):
         rd.instability_cone(made, directions, **QUICK)
     with pytest.raises(InvalidInput, match=words):
@@ -91,17 +53,17 @@ def test_directions_that_leave_something_out(directions, words):
 def test_sweeps_refuse(norms, options, words):
     """Norms that are no sweep, and a plateau or edges without tolerance."""
     with pytest.raises(InvalidInput, match=words):
-        rd.cones_by_amplitude(Made(), norms, n_steps=1, **options)
+        rd.cones_by_amplitude(single(), norms, n_steps=1, **options)
 
 
 def test_cones_of_probes_refuse():
     """Probes of several norms, on the sphere, or not all around have no one cone; at one norm they have."""
-    probes = rd.probe(Made(), rd.directions.rendulic(step=30), norm=[1.0, 2.0], n_steps=1)
+    probes = rd.probe(single(), rd.directions.rendulic(step=30), norm=[1.0, 2.0], n_steps=1)
     with pytest.raises(InvalidInput, match=r"got dimensions .*norm.*probes\.sel\(norm=\.\.\.\)"):
         rd.cone_of(probes)
     assert len(rd.cone_of(probes.sel(norm=2.0)).sectors) == 1
     with pytest.raises(InvalidInput, match="Rendulic plane at one norm, got dimensions direction"):
-        rd.cone_of(rd.probe(Made(), rd.directions.sphere(20), norm=1.0, n_steps=1))
+        rd.cone_of(rd.probe(single(), rd.directions.sphere(20), norm=1.0, n_steps=1))
     with pytest.raises(InvalidInput, match="the widest gap is 300 degrees"):
         rd.cone_of(probes.sel(norm=1.0, alpha=[0.0, 30.0, 60.0]))
 
@@ -111,8 +73,8 @@ def test_ensembles_refuse():
     with pytest.raises(InvalidInput, match="needs specimens, and one label for each: got 0 and 0 labels"):
         rd.cone_ensemble([], **QUICK)
     with pytest.raises(InvalidInput, match="got 1 and 2 labels"):
-        rd.cone_ensemble([Made()], labels=["a", "b"], **QUICK)
-    table = rd.cone_ensemble([Made()], **QUICK)
+        rd.cone_ensemble([single()], labels=["a", "b"], **QUICK)
+    table = rd.cone_ensemble([single()], **QUICK)
     with pytest.raises(InvalidInput, match="not 'seed'"):
         with_spread(table, "seed")
 
@@ -130,18 +92,18 @@ def test_ensembles_refuse():
 )
 def test_maps_refuse(rows, options, words, probed):
     """Rows that do not match, with an error before the row that does not is probed."""
-    made = Made()
+    made = single()
     states = {"one": made, "two": [made, made], "none": []}
     with pytest.raises(InvalidInput, match=words):
         rd.bifurcation_map([(eta, states[name]) for eta, name in rows], **QUICK, **options)
-    once = Made()
+    once = single()
     rd.instability_cone(once, **QUICK, refine_smallest=True)
     assert made.count == [once.count[0] * probed]
 
 
 def test_a_state_that_is_missing_leaves_a_gap():
     """None for a specimen without this state: NaN in its place, and the summary is of those that there are."""
-    table = rd.bifurcation_map({0.5: [Made(), Made(140.0)], 0.6: [Made(), None]}, **QUICK, labels=["a", "b"])
+    table = rd.bifurcation_map({0.5: [single(), single(140.0)], 0.6: [single(), None]}, **QUICK, labels=["a", "b"])
     assert table.n_present.values.tolist() == [2, 1]
     assert np.isnan(table.edge_from.sel(eta=0.6, specimen="b")).all()
     assert np.isnan(table.measured_eta.sel(eta=0.6, specimen="b"))
@@ -167,8 +129,8 @@ def test_figures_refuse_other_tables():
 
 def test_a_figure_of_cones_shows_every_sector():
     """A bar for each sector, those across 0 degrees at both ends of the axis; states without a cone say so."""
-    found = {"a": rd.instability_cone(Made(5.0), **QUICK), "b": rd.instability_cone(Made(), **QUICK)}
-    figure = rd.figures.cones(found | {"c": rd.instability_cone(Made(133.0, 0.0), **QUICK)}, "sand")
+    found = {"a": rd.instability_cone(single(5.0), **QUICK), "b": rd.instability_cone(single(), **QUICK)}
+    figure = rd.figures.cones(found | {"c": rd.instability_cone(single(133.0, 0.0), **QUICK)}, "sand")
     left = figure.axes[0]
     assert left.get_xlim() == (0.0, 360.0)
     low, high = np.clip([(bar.get_x(), bar.get_x() + bar.get_width()) for bar in left.patches], 0.0, 360.0).T
@@ -181,11 +143,11 @@ def test_a_figure_of_cones_shows_every_sector():
 
 def test_figures_of_sweeps_and_maps_show_directions_and_first_ratio():
     """About the cone where it is in one piece, all around where it lies across 0; the first ratio in words."""
-    sweep = rd.cones_by_amplitude(Made(132.0), [1.0, 2.0, 4.0], n_steps=1, workers=1)
+    sweep = rd.cones_by_amplitude(single(132.0), [1.0, 2.0, 4.0], n_steps=1, workers=1)
     figure = rd.figures.amplitude({"sand": sweep})
     assert figure.axes[1].get_ylim() == (90.0, 180.0)
     assert "plateau from 1 to 4" in [text.get_text() for text in figure.axes[0].texts]
-    rows = {0.5: [Made(5.0, 0.0)], 0.6: [Made(5.0, 20.0)], 0.7: [Made(5.0, 30.0)]}
+    rows = {0.5: [single(5.0, 0.0)], 0.6: [single(5.0, 20.0)], 0.7: [single(5.0, 30.0)]}
     table = rd.bifurcation_map(rows, **QUICK)
     table["first_eta"][:], table["first_eta_from"][:], table["first_eta_to"][:] = 0.55, 0.5, 0.6
     figure = rd.figures.bifurcation_map({"sand": table})
