@@ -13,6 +13,7 @@ from numpy.testing import assert_array_equal
 import rendulic as rd
 from rendulic.dem.drive.lanes import Lanes, batches
 from rendulic.dem.drive.servo import drive_for, hold
+from rendulic.dem.state.neighbours import find_contacts
 from rendulic.foundation.errors import UnstableTimeStep
 
 RATES = np.array(
@@ -86,8 +87,7 @@ def test_lanes_find_new_pairs_when_they_have_to(sheared_state):
     """With a margin that is soon used up, pairs are found anew, and the answer is the scalar stepper's."""
     base = rd.dem.Assembly.from_state(sheared_state)
     base.margin = 1e-5
-    base.contacts, base.wall_contacts = base._candidates(base.contacts)
-    base._compute_forces()
+    base.contacts, base.wall_contacts = find_contacts(base.grains, base.walls, base.contacts, base.margin)
     narrow = base.save()
     fast = 10 * RATES
     lanes = Lanes(base, fast, 8)
