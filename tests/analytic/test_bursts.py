@@ -29,7 +29,7 @@ def test_eq_1_is_exact_over_one_step(sheared, straining):
     sheared.damping = 0.0
     drive = straining((3.0, -1.0, -1.0))
     kinetic, right = np.array([eq_1(sheared, drive, 1) for _ in range(40)]).T
-    assert np.abs(kinetic - right).max() < 1e-9 * np.abs(kinetic).max()
+    assert np.abs(kinetic - right).max() < 1e-11 * np.abs(kinetic).max()
 
 
 def test_eq_1_is_of_third_order_in_the_window(sheared, straining):
@@ -66,7 +66,7 @@ def test_damping_is_accounted_for(sheared, straining):
     kinetic, right = eq_1(sheared, drive, 1)
     lost = 0.5 * ((sheared.grains.position - position) * (taken + damping_forces(sheared))).sum()
     assert lost > 1e-3 * abs(right)
-    assert abs(kinetic + lost - right) < 1e-9 * max(abs(kinetic), abs(right))
+    assert abs(kinetic + lost - right) < 1e-11 * max(abs(kinetic), abs(right))
 
 
 @pytest.mark.parametrize("disturbance", ["push", "kick"])
@@ -79,11 +79,12 @@ def test_a_stable_state_settles(dense_state, disturbance):
     sample = rd.dem.Assembly.from_state(dense_state)
     curve = rd.burst(sample, 60.0, 1e-5, 2000, disturbance=disturbance, kick=1e-7)
     assert curve.attrs["verdict"] == "settles"
-    assert curve.attrs["travelled"] < 2.0
+    assert abs(curve.attrs["travelled"]) < 1e-2  # of the push, when all of it has been taken back
     assert curve.attrs["balance_error"] < (1e-6 if disturbance == "push" else 1e-5)
     assert curve.attrs["equation_1_residual"] < 1e-8
-    # the load is back where it was, and the specimen given was left alone
-    assert float(curve["load"][-1]) == pytest.approx(float(curve["load"][0]), abs=1e-3 * sample.pressure)
+    # the load is back where it was, as near as what is left of the motion lets the servo hold it
+    assert float(curve["load"][-1]) == pytest.approx(float(curve["load"][0]), abs=1e-6 * sample.pressure)
+    # the specimen given was left alone
     assert sample.save().checksum == dense_state.checksum
 
 
@@ -113,7 +114,8 @@ def test_prediction_and_observation_on_the_model(sand):
     agreeing, counted = agreement(table, margin=0.5)
     assert agreeing == counted >= 60
     assert 3 < int(table.observed.sum()) < 10
-    assert float(table.ratio.sel(alpha=125)) == pytest.approx(1.0, abs=0.02)
+    # d_eps_1 = sin(alpha), sqrt(2) d_eps_3 = cos(alpha), and R = -d_eps_1 / (2 d_eps_3)
+    assert float(table.ratio.sel(alpha=125)) == pytest.approx(-np.tan(np.radians(125.0)) / np.sqrt(2.0), rel=1e-12)
     virgin = rd.ChangHicher.preset("hostun_loose").at(300e3, 0.9)
     calm = rd.bursts(virgin, around, 1e-6, 1)
     assert not calm.observed.any()

@@ -33,7 +33,7 @@ def contacts_per_volume(void_ratio, branch):
 def elastic_compliance(point, direction=ISOTROPIC):
     """(6, 6) compliance in a direction in which nothing slides: isotropic compression of a virgin state."""
     own = tangent(point, direction)
-    assert_allclose(own.compliance @ own.stiffness, np.eye(6), rtol=0, atol=1e-12)
+    assert_allclose(own.compliance @ own.stiffness, np.eye(6), rtol=0, atol=2e-14)
     return own.compliance
 
 
@@ -56,14 +56,14 @@ def test_moduli_of_an_isotropic_packing(name, ratio):
     sand = rd.ChangHicher(rule=RULES[name], exponent=0.0, k_rR=ratio, dilatancy=0.1)
     own = sand.parameters
     young, poisson = isotropic_moduli(elastic_compliance(sand.at(P, 0.8)))
-    assert_allclose(poisson, (1 - ratio) / (2 + 3 * ratio), rtol=0, atol=1e-10)
+    assert_allclose(poisson, (1 - ratio) / (2 + 3 * ratio), rtol=0, atol=2e-12)
     per_volume = contacts_per_volume(0.8, own.branch_length) * own.branch_length**2
-    assert_allclose(1 / young, 3 / (5 * per_volume) * (3 + 2 / ratio) / own.k_n0, rtol=1e-10)
+    assert_allclose(1 / young, 3 / (5 * per_volume) * (3 + 2 / ratio) / own.k_n0, rtol=1e-11)
 
 
 def test_poissons_ratio_of_hostun_sand():
     """0.1875 at k_r = 0.4 k_n."""
-    assert_allclose(isotropic_moduli(elastic_compliance(rd.ChangHicher().at(P, 0.9)))[1], 0.1875, rtol=0, atol=1e-10)
+    assert_allclose(isotropic_moduli(elastic_compliance(rd.ChangHicher().at(P, 0.9)))[1], 0.1875, rtol=0, atol=2e-12)
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1 / 3, 0.5, 0.8])
@@ -76,7 +76,7 @@ def test_stiffness_of_the_contacts(exponent, pressure, void_ratio):
     density = contacts_per_volume(void_ratio, 0.5e-3)
     force = 3.0 * pressure / (density * 0.5e-3)
     k_n = 12e3 * (force / 0.03) ** exponent
-    assert_allclose(1.0 / compliance[:3, :3].sum(), k_n * density * 0.5e-3**2 / 9.0, rtol=1e-11)
+    assert_allclose(1.0 / compliance[:3, :3].sum(), k_n * density * 0.5e-3**2 / 9.0, rtol=1e-13)
 
 
 @pytest.mark.parametrize("formulation", ["printed", "eq32", "consistent"])
@@ -92,7 +92,7 @@ def test_unloading_is_elastic_with_the_same_moduli(formulation):
     assert not unloading.is_loading[point.planes()["tau"] > 1.0].any()
     fresh = elastic_compliance(sand.at(P, point.void_ratio))
     assert point.void_ratio < 0.9
-    assert_allclose(unloading.compliance, fresh, rtol=0, atol=1e-12 * fresh[0, 0])
+    assert_allclose(unloading.compliance, fresh, rtol=0, atol=1e-14 * fresh[0, 0])
 
 
 def test_loading_is_not_elastic():
@@ -116,9 +116,9 @@ def test_isotropic_compression_is_elastic(formulation):
     largest = float(up.eps_v[-1])
     assert up.attrs["stopped_by"] == "target"
     assert largest > 1e-3
-    assert_allclose(np.diag(point.stress), 3 * P, rtol=1e-12)
-    assert_allclose(up.gamma_plane, 0.0, atol=1e-12 * largest)
-    assert_allclose(point.memory, 0.0, atol=1e-12 * largest)
+    assert_allclose(np.diag(point.stress), 3 * P, rtol=2e-14)
+    assert_allclose(up.gamma_plane, 0.0, atol=1e-14 * largest)
+    assert_allclose(point.memory, 0.0, atol=1e-14 * largest)
     point.load(rd.paths.isotropic(P))
     assert_allclose(np.diag(point.strain), 0.0, atol=1e-13 * largest)
 
@@ -159,7 +159,7 @@ def test_forces_carry_the_stress(fabric):
     sigma = rng.standard_normal((3, 3))
     sigma = sigma + sigma.T
     traction = geometry.branch @ sigma
-    assert_allclose(np.einsum("a,ai,aj->ij", geometry.weight3, geometry.normal, traction), sigma, rtol=0, atol=1e-11)
+    assert_allclose(np.einsum("a,ai,aj->ij", geometry.weight3, geometry.normal, traction), sigma, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.7])
@@ -183,7 +183,7 @@ def test_static_hypothesis_and_strain_average_are_dual(fabric, ratio):
         s_n = np.einsum("ai,ai->a", s, geometry.normal)[:, None] * geometry.normal
         displacement = (s_n + (s - s_n) / ratio) / k_0
         work = geometry.weight3 @ np.einsum("ai,ai->a", t, displacement)
-        assert_allclose(mandel(one) @ compliance @ mandel(other), work, rtol=0, atol=1e-12 * 30 / k_0)
+        assert_allclose(mandel(one) @ compliance @ mandel(other), work, rtol=0, atol=1e-13 * 30 / k_0)
 
 
 def mandel(tensor):
@@ -230,12 +230,13 @@ def test_first_undrained_slope_in_closed_form(factor, tan_phi, plastic):
 
     That function has a kink at the equator and one at the poles: no rule gives exactly 1/3 for its mean.
     """
-    for rule in (bazant_oh_37(), lebedev(131)):
+    for rule, off in ((bazant_oh_37(), 0.036), (lebedev(131), 2e-4)):
         sand = rd.ChangHicher(rule=rule, dilatancy=factor, tan_phi_0=tan_phi, k_pR=plastic)
         cosine = np.abs(rule.normals[:, 0])
         mean = rule.mean(cosine * np.sqrt(1.0 - cosine**2))
-        assert_allclose(first_slope(sand), -factor * tan_phi / plastic * mean, rtol=1e-9)
-        assert_allclose(mean, 1 / 3, rtol=0.05)
+        assert_allclose(first_slope(sand), -factor * tan_phi / plastic * mean, rtol=1e-11)
+        # -0.2090 of the first against -0.2167 of the second is 3.5 %; the kinks cost the square of the degree
+        assert_allclose(mean, 1 / 3, rtol=off)
 
 
 def test_driver_starts_with_the_slope_of_the_tangent():
@@ -247,6 +248,6 @@ def test_driver_starts_with_the_slope_of_the_tangent():
         point = sand.at(P, 0.9)
         curve = point.load(rd.paths.constant_volume(strain), least_records=1)
         errors.append(abs((curve.p[-1] - P) / curve.q[-1] - expected).item())
-    # halved with the path, within a fifth: the slope is that of a curve
-    assert_allclose(np.array(errors[1:]) / errors[:-1], 0.5, rtol=0.2)
-    assert errors[-1] < 1e-3
+    # halved with the path: the slope is that of a curve, whose next term is a thousandth at 1e-6 of strain
+    assert_allclose(np.array(errors[1:]) / errors[:-1], 0.5, rtol=1e-3)
+    assert errors[-1] < 1e-5

@@ -34,17 +34,18 @@ def column_stress(n, lengths):
 def test_cubic_lattice_is_springs_in_series(n, strain, straining):
     """Stress at rest equals that of `n - 1` grain and 2 wall contacts per column, for finite strains.
 
-    All n + 1 springs have 2 K R. Brought to rest by damping to 1e-8 of the stress increment or so.
+    All n + 1 springs have 2 K R. Brought to rest by damping, and compared, to 1e-9 of the stress increment.
     """
     sample = simple_cubic(n, 1e-5)
-    assert_allclose(np.diag(sample.stress), column_stress(n, sample.lengths), rtol=1e-9)
+    # overlaps of 1e-5 m between coordinates of up to 0.08 m, which are rounded by 7e-18 m: 1e-12
+    assert_allclose(np.diag(sample.stress), column_stress(n, sample.lengths), rtol=3e-12)
     before = np.diag(sample.stress)
     sample.probe(strain, 500)
     sample.advance(2000, straining())
     expected = column_stress(n, sample.lengths)
-    assert_allclose(np.diag(sample.strain), strain, rtol=1e-8, atol=1e-15)
+    assert_allclose(np.diag(sample.strain), strain, rtol=1e-9, atol=1e-15)
     assert_allclose(
-        np.diag(sample.stress) - before, expected - before, rtol=0, atol=1e-6 * np.abs(expected - before).max()
+        np.diag(sample.stress) - before, expected - before, rtol=0, atol=1e-9 * np.abs(expected - before).max()
     )
 
 
@@ -100,7 +101,8 @@ def test_face_centred_packing_fails_where_thornton_says(friction):
     sample.grains.inertia[:] *= 1e6
     isotropic, axial = rd.paths.isotropic(pressure), rd.paths.drained_triaxial(lateral_stress=pressure)
     sample.advance(8000, drive_for(sample, isotropic.control, isotropic.stress, np.zeros(3), 0.02), 0.3)
-    assert_allclose(np.diag(sample.stress), pressure, rtol=1e-3)
+    # the servo needs one step; what is left is the motion of 8000 damped steps
+    assert_allclose(np.diag(sample.stress), pressure, rtol=1e-6)
     sample.reset_strain()
     drive = drive_for(sample, axial.control, axial.stress, np.array([rate, 0.0, 0.0]), 10 * rate)
     ratios = []

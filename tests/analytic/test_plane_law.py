@@ -324,7 +324,7 @@ def test_slopes_of_peak_friction(interlocking):
     e_c = critical_void_ratio(p, 1.0, 0.2, 10e3)
     by_pressure, by_void_ratio = peak_friction_slopes(p, e, e_c, friction(p, e), interlocking, 0.2)
     # relative steps of 1e-5: truncation 1e-10, rounding 1e-11
-    assert_allclose(by_pressure, (friction(p * (1 + h), e) - friction(p * (1 - h), e)) / (2 * h * p), rtol=1e-8, atol=0)
+    assert_allclose(by_pressure, (friction(p * (1 + h), e) - friction(p * (1 - h), e)) / (2 * h * p), rtol=1e-9, atol=0)
     assert_allclose(
-        by_void_ratio, (friction(p, e * (1 + h)) - friction(p, e * (1 - h))) / (2 * h * e), rtol=1e-8, atol=0
+        by_void_ratio, (friction(p, e * (1 + h)) - friction(p, e * (1 - h))) / (2 * h * e), rtol=1e-9, atol=0
     )

@@ -24,11 +24,12 @@ def test_the_work_is_the_tangents(near_failure):
     """Every direction has a tangent of its own, and W2 is its quadratic form; some directions are unstable."""
     around = rd.directions.sphere(60)
     probes = rd.probe(near_failure, around, norm=1e-8, n_steps=1)
+    # 1e-8 of strain is 1e-5 of that of the stress, by which the state changes under the probe
     for k, unit in enumerate(around.unit):
         stiffness = tangent(near_failure, unit).stiffness
         stress = stiffness @ np.array([*unit, 0.0, 0.0, 0.0])
         expected = stress[:3] @ unit / np.linalg.norm(stress[:3])
-        assert float(probes.w2_normalised[k]) == pytest.approx(expected, abs=1e-4)
+        assert float(probes.w2_normalised[k]) == pytest.approx(expected, abs=1e-5)
     assert (probes.w2_normalised < 0.0).any()
     assert (probes.w2_normalised > 0.9).any()
 
@@ -41,7 +42,7 @@ def test_an_elastic_material_has_no_unstable_direction():
     uniaxial = tangent(point, [1.0, 0.0, 0.0]).stiffness
     first, shear = uniaxial[0, 1], 0.5 * (uniaxial[0, 0] - uniaxial[0, 1])
     expected = 1e-16 * (first * around.unit.sum(axis=1) ** 2 + 2.0 * shear)
-    assert_allclose(probes.w2_macro, expected, rtol=1e-4)
+    assert_allclose(probes.w2_macro, expected, rtol=1e-5)
     assert (probes.w2_normalised > 0.0).all()
 
 
@@ -86,8 +87,9 @@ def test_the_map_keeps_areas_and_landmarks():
         assert_allclose(np.linalg.norm(equal_area(rim)), 1.0)
         assert_allclose(equal_area(rim), equal_area(rim, expansion=True), atol=1e-12)
     spots = np.linalg.norm(equal_area(rd.directions.sphere(4000).unit), axis=1)
+    # the directions are evenly spaced along the pole: to one of them
     for radius in (0.3, 0.7, 1.0):
-        assert (spots < radius).mean() == pytest.approx(0.5 * radius**2, abs=1e-3)
+        assert (spots < radius).mean() == pytest.approx(0.5 * radius**2, abs=1 / 4000)
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,8 @@ def test_damping_takes_its_share_of_the_velocity(straining):
     while sample.grains.velocity[0, 0] > 0 or sample.n_contacts:
         sample.advance(1, straining())
     expected = 0.1 * sqrt((1 - damping) / (1 + damping))
-    assert_allclose(sample.grains.velocity[:, 0], [-expected, expected], rtol=2e-3)
+    # steps of 1 / 1500 of the contact's life: the last one of it errs by that size squared, here and at the turn
+    assert_allclose(sample.grains.velocity[:, 0], [-expected, expected], rtol=2e-5)
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -130,11 +131,12 @@ def test_wall_force(rule, wall):
     sample = rd.dem.Assembly(position, [radius], BOX, law=law, velocity=[[0.3, 0.4, 0.5]])
     expected = np.zeros(6)
     expected[wall] = 2 * K * radius * overlap
-    assert_allclose(sample.walls.force, expected, rtol=1e-10)
+    # overlaps of 2e-5 m between coordinates of up to 1 m, rounded by 1e-16 m
+    assert_allclose(sample.walls.force, expected, rtol=1e-11)
     inward = np.zeros(3)
     inward[wall // 2] = sign * expected[wall]
-    assert_allclose(sample.grains.force[0], inward, rtol=1e-10)
-    assert_allclose(sample.snapshot().resultant[0], inward, rtol=1e-10)
+    assert_allclose(sample.grains.force[0], inward, rtol=1e-11)
+    assert_allclose(sample.snapshot().resultant[0], inward, rtol=1e-11)
 
 
 def test_open_contact_forgets():
@@ -169,7 +171,7 @@ def shear(sample, direction, speed, n_steps, dt):
 def test_shear_is_elastic_then_slides_at_exactly_mu_fn(rule):
     """`f_t = -k_t s` until `mu f_n`, then exactly that; friction takes `mu f_n` times the sliding.
 
-    The step on which sliding begins is split by the trapezoidal rule: half a step of work unknown.
+    Sliding begins with a step, so that no step is split and the work is known to rounding.
     """
     radii, overlap, friction = (0.008, 0.012), 1e-5, 0.5
     sample, normal = pair(*radii, overlap, rule, friction)
@@ -180,13 +182,13 @@ def test_shear_is_elastic_then_slides_at_exactly_mu_fn(rule):
     slip = 0.02 * limit / k_t  # fifty steps to the limit
     history = shear(sample, direction, slip / 1e-6, 80, 1e-6)
     distance = slip * np.arange(1, 81)
-    assert_allclose(history[:49, 1:], -k_t * distance[:49, None] * direction, rtol=0, atol=1e-10 * limit)
+    assert_allclose(history[:49, 1:], -k_t * distance[:49, None] * direction, rtol=0, atol=1e-13 * limit)
     assert_allclose(np.linalg.norm(history[51:, 1:], axis=1), friction * history[51:, 0], rtol=1e-14)
-    assert_allclose(history[51:, 1:], -np.outer(friction * history[51:, 0], direction), rtol=0, atol=1e-10 * limit)
-    assert_allclose(sample.spent[FRICTION], limit * (distance[-1] - limit / k_t), rtol=0, atol=limit * slip)
+    assert_allclose(history[51:, 1:], -np.outer(friction * history[51:, 0], direction), rtol=0, atol=1e-13 * limit)
+    assert_allclose(sample.spent[FRICTION], limit * (distance[-1] - limit / k_t), rtol=0, atol=1e-8 * limit * slip)
     # torques of the tangential force at the contact point, both in the same sense
     arms = np.array(radii) - overlap / 2
-    assert_allclose(sample.grains.torque, -arms[:, None] * np.cross(normal, history[-1, 1:]), rtol=1e-10)
+    assert_allclose(sample.grains.torque, -arms[:, None] * np.cross(normal, history[-1, 1:]), rtol=1e-13)
 
 
 def test_shear_reversed_unloads_elastically():
@@ -198,7 +200,7 @@ def test_shear_reversed_unloads_elastically():
     back = shear(sample, direction, -1.0, 3, 1e-6)
     k_t = 0.42 * K * 0.02
     assert_allclose(np.linalg.norm(forward[-1, 1:]), 0.5 * forward[-1, 0], rtol=1e-14)
-    assert_allclose((back[:, 1:] - forward[-1, 1:]) @ direction, k_t * 1e-6 * np.arange(1, 4), rtol=1e-9)
+    assert_allclose((back[:, 1:] - forward[-1, 1:]) @ direction, k_t * 1e-6 * np.arange(1, 4), rtol=1e-12)
     assert sample.spent[FRICTION] == taken
 
 
@@ -214,7 +216,7 @@ def test_gears_do_not_slip():
         kernels = kernels_for(sample.law)
         kernels.contact_forces(sample.grains, sample.contacts, 1e-7, sample.law.parameters, sample.spent)
         expected = k_t * slip * 1e-7 * np.cross(axis, normal)
-        assert_allclose(sample.contacts.force[0, 1:], expected, rtol=1e-10, atol=1e-9)
+        assert_allclose(sample.contacts.force[0, 1:], expected, rtol=1e-12, atol=1e-12)
 
 
 def rotated_force(axis, force, angle, n_steps):
@@ -272,7 +274,7 @@ def test_rigid_rotation_carries_the_shear_force(name):
 
 
 def test_rigid_rotation_about_the_force_changes_nothing():
-    """Turned about the force itself the shear force stays, up to the slip of chords, which is of third order per step."""
+    """Turned about the force itself the shear force stays, to rounding: no slip is along it."""
     force, _ = rotated_force(across, lambda n: 50.0 * across(n), pi, 1500)
-    assert_allclose(force @ across(np.array([2.0, -1.0, 2.0]) / 3.0), 50.0, rtol=1e-10)
-    assert_allclose(np.linalg.norm(force), 50.0, rtol=1e-6)
+    assert_allclose(force @ across(np.array([2.0, -1.0, 2.0]) / 3.0), 50.0, rtol=1e-13)
+    assert_allclose(np.linalg.norm(force), 50.0, rtol=1e-13)

@@ -103,14 +103,14 @@ def rested_work(sample, alpha, norm, straining):
 def test_work_of_an_elastic_specimen_does_not_depend_on_amplitude(alpha, straining):
     """W2n of springs is a number of the direction alone, up to geometry of first order in the strain.
 
-    Norms 2e-7 to 2e-5 stay below the 1e-3 of strain that would open a contact; W2n changes by less than
-    ten times the norm, W2 itself scales with the norm squared within 1e-3.
+    Norms 2e-7 to 2e-5 stay below the 1e-3 of strain that would open a contact; W2n changes by less
+    than a thousandth of the norm, W2 itself scales with the norm squared within 1e-3.
     """
     sample = elastic_lattice()
     norms = np.array([2e-7, 2e-6, 2e-5])
     works = [rested_work(sample, alpha, norm, straining) for norm in norms]
     values = np.array([work.normalised for work in works])
-    assert_allclose(values, values[0], rtol=0, atol=10 * norms[-1])
+    assert_allclose(values, values[0], rtol=0, atol=1e-3 * norms[-1])
     scaled = np.array([work.boundary for work in works]) / norms**2
     assert_allclose(scaled, scaled[0], rtol=1e-3)
 
@@ -137,4 +137,5 @@ def test_eulerian_and_lagrangian_forms_differ_by_stress_over_modulus(straining):
     ratio = 2 * sample.stress[0, 0] / modulus
     assert ratio > 1e-4
     assert_allclose((work.eulerian - work.lagrangian) / work.eulerian, ratio, rtol=0.02)
-    assert_allclose(work.lagrangian, work.boundary, rtol=1e-6)
+    # the same sum over walls, but for what is out of balance at rest
+    assert_allclose(work.lagrangian, work.boundary, rtol=1e-9)

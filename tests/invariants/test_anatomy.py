@@ -32,7 +32,7 @@ def found(probed):
 def test_grains_hold_the_work_of_the_walls_exactly(probed, found):
     work = rd.second_order_work(*probed)
     scale = np.abs(found.grain_w2.values).sum()
-    assert abs(float(found.grain_w2.sum()) - work.boundary * probed[0].volume) < 1e-12 * scale
+    assert abs(float(found.grain_w2.sum()) - work.boundary * probed[0].volume) < 1e-14 * scale
     assert np.array_equal(found.grain_w2, grain_work(*probed, contact_work(*probed)))
 
 
@@ -40,13 +40,13 @@ def test_every_way_to_part_the_work_has_the_same_sum(found):
     contacts = float(found.w2.sum()) / found.volume
     scale = float(np.abs(found.w2).sum()) / found.volume
     for parted in ("w2_by_class", "w2_by_network"):
-        assert float(found[parted].sum()) == pytest.approx(contacts, abs=1e-12 * scale)
-    assert float(found.w2_negative + found.w2_positive) == pytest.approx(contacts, abs=1e-12 * scale)
+        assert float(found[parted].sum()) == pytest.approx(contacts, abs=1e-14 * scale)
+    assert float(found.w2_negative + found.w2_positive) == pytest.approx(contacts, abs=1e-14 * scale)
     assert float(found.w2_by_class.sum() + found.w2_inertial) == pytest.approx(
-        float(found.w2_boundary), abs=1e-12 * scale
+        float(found.w2_boundary), abs=1e-14 * scale
     )
     without_walls = float(found.w2_by_class.sum() - found.w2_by_class.sel(contact_class="wall"))
-    assert float(found.w2_by_polar.sum()) == pytest.approx(without_walls, abs=1e-12 * scale)
+    assert float(found.w2_by_polar.sum()) == pytest.approx(without_walls, abs=1e-14 * scale)
     assert int(found.contacts_by_network.sum()) == found.sizes["pair"]
     assert int(found.negative_by_network.sum()) == int((found.w2 < 0).sum())
     assert (found.w2_by_class != 0).sum() == 5, "the probe should meet every class"
@@ -69,7 +69,7 @@ def test_pairs_are_described_by_the_state_they_touch_in(probed, found):
     for snapshot, here in ((before, between & ~created), (after, between & created)):
         branch = snapshot.position[second[here]] - snapshot.position[first[here]]
         length = np.linalg.norm(branch, axis=1)
-        assert np.allclose(branch, length[:, None] * normal[here], atol=1e-9 * length.max())
+        assert np.allclose(branch, length[:, None] * normal[here], rtol=0, atol=1e-14 * length.max())
         toward = found.position.values[here] - snapshot.position[first[here]]
         assert (np.linalg.norm(toward, axis=1) < length).all()
 
@@ -87,7 +87,7 @@ def test_the_order_of_grains_and_the_ends_of_contacts_do_not_matter(probed, foun
     ]  # fmt: skip
     again = rd.anatomy(*turned)
     for name in ("w2", "normal", "position", "relative_force", "grain_w2"):
-        assert np.allclose(again[name], found[name], rtol=1e-12, atol=1e-12 * float(np.abs(found[name]).max())), name
+        assert np.allclose(again[name], found[name], rtol=0, atol=1e-13 * float(np.abs(found[name]).max())), name
 
 
 def test_probes_keep_the_summary_of_every_direction(sheared):
@@ -145,8 +145,8 @@ def test_moments_of_moran_index_are_those_over_all_permutations():
     values = np.array([1.0, -0.3, 0.2, 4.0, 0.0, 0.7])
     every = [moran(first, second, n_grains, np.array(one))[0] for one in permutations(values)]
     index, score, deviation = moran(first, second, n_grains, values)
-    assert deviation == pytest.approx(np.std(every), rel=1e-10)
-    assert score == pytest.approx((index - np.mean(every)) / np.std(every), rel=1e-10)
+    assert deviation == pytest.approx(np.std(every), rel=1e-12)
+    assert score == pytest.approx((index - np.mean(every)) / np.std(every), rel=1e-12)
 
 
 def test_scores_of_random_labels_are_standard_normal():
@@ -166,7 +166,8 @@ def test_block_is_clustered_and_alternation_dispersed():
     assert block.largest_at_random < 0.3
     alternating = clustering(first, second, n_grains, np.arange(200) % 2 == 0)
     assert alternating.verdict == "dispersed"
-    assert alternating.index == pytest.approx(-1.0, abs=0.02)
+    # each of the 2 x 199 neighbours has the opposite value, of the same size
+    assert alternating.index == pytest.approx(-1.0, rel=1e-12)
     assert alternating.largest == pytest.approx(1 / 100)
     random = clustering(first, second, n_grains, np.random.default_rng(5).random(200) < 0.5)
     assert random.verdict == "diffuse"
@@ -211,9 +212,10 @@ def test_fabric_of_known_distributions():
     counts = np.round(1e6 * np.repeat(weights, 16) * density).astype(int)
     tensor = (normals * counts[:, None]).T @ normals / counts.sum()
     found = type(fabric(normals))(tensor)
-    assert found.anisotropy == pytest.approx(1.5 * amount, abs=1e-4)
+    # counts of 1e5 are rounded to whole ones
+    assert found.anisotropy == pytest.approx(1.5 * amount, abs=1e-5)
     along = fabric([[1.0, 0.0, 0.0]])
-    assert np.allclose(along.density, np.diag([5.0, -2.5, -2.5]))
+    assert np.allclose(along.density, np.diag([5.0, -2.5, -2.5]), rtol=0, atol=1e-14)
     assert along.anisotropy == pytest.approx(7.5)
     across = fabric(np.eye(3)[1:])
     assert across.anisotropy == pytest.approx(-3.75)

@@ -180,7 +180,7 @@ def test_frame_indifference(formulation, seed):
     size = np.abs(own.stiffness).max()
     for six in np.eye(6):
         expected = rotated_six(own.stiffness @ six, turn)
-        assert_allclose(other.stiffness @ rotated_six(six, turn), expected, rtol=0, atol=1e-11 * size)
+        assert_allclose(other.stiffness @ rotated_six(six, turn), expected, rtol=0, atol=1e-13 * size)
 
 
 def quarter_turns():
@@ -454,14 +454,15 @@ def test_stress_probes_undo_strain_probes():
         by_strain, by_stress = point.clone(), point.clone()
         by_strain.probe(increment_along(alpha, 1e-5))
         by_stress.probe(np.diag(by_strain.stress - point.stress), kind="stress")
-        assert_allclose(by_stress.strain, by_strain.strain, rtol=0, atol=1e-10)
+        assert_allclose(by_stress.strain, by_strain.strain, rtol=0, atol=2e-12)
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_controlled_in_q_an_undrained_test_ends_at_the_peak(formulation):
     """With q imposed at constant volume, control is lost exactly where q peaks under strain control.
 
-    To 1e-6: the determinant of the controlled problem vanishes there, the paper's loss of controllability.
+    To 1e-7, after steps of a tolerance of 1e-8: the determinant of the controlled problem vanishes there, the paper's
+    loss of controllability.
     """
     sand = rd.ChangHicher(formulation=formulation)
     reference = sand.at(P, 0.9).load(rd.paths.constant_volume(0.05))
@@ -470,16 +471,16 @@ def test_controlled_in_q_an_undrained_test_ends_at_the_peak(formulation):
     point = sand.at(P, 0.9)
     curve = point.load(Path("q imposed", control, stress=(2 * P, None, None)))
     assert curve.attrs["stopped_by"] == "loss of controllability"
-    assert_allclose(curve.q[-1], of_kind(reference, "q_peak", "q")[0], rtol=1e-6)
-    # q is flat at its peak: its strain is found to the root of that
-    assert_allclose(curve.eps_1[-1], of_kind(reference, "q_peak", "eps_1")[0], rtol=1e-3)
+    assert_allclose(curve.q[-1], of_kind(reference, "q_peak", "q")[0], rtol=1e-7)
+    # q is flat at its peak: its strain is found to less digits
+    assert_allclose(curve.eps_1[-1], of_kind(reference, "q_peak", "eps_1")[0], rtol=1e-6)
     assert_allclose(curve.eps_v, 0.0, atol=1e-15)
-    assert abs(float(curve.det_control[-1])) < 1e-3
+    assert abs(float(curve.det_control[-1])) < 1e-8  # 1 at the beginning; events are found to 1e-9
     assert (np.diff(curve.q) > -1e-9 * P).all()
 
 
 def test_controlled_in_q_the_stable_branch_is_the_same():
-    """Up to 0.9 of the peak the two ways of driving an undrained test give one curve."""
+    """Up to 0.9 of the peak the two ways of driving an undrained test give one curve, to the tolerance of the steps."""
     control = rd.Control.of_strains(AXIAL_UNDRAINED, ("stress", "strain", "strain"))
     point, other = (rd.ChangHicher().at(P, 0.9) for _ in range(2))
     point.load(Path("q imposed", control, stress=(170e3, None, None)))

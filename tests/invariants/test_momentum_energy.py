@@ -53,7 +53,7 @@ def test_momentum_is_conserved(cluster, straining):
     before = linear_momentum(cluster), angular_momentum(cluster)
     kinetic = cluster.energies()["kinetic"]
     cluster.advance(400, straining())
-    assert_allclose(linear_momentum(cluster), before[0], rtol=0, atol=1e-13 * size)
+    assert_allclose(linear_momentum(cluster), before[0], rtol=0, atol=1e-15 * size)
     assert_allclose(angular_momentum(cluster), before[1], rtol=0, atol=1e-13 * size)
     # they collided indeed, and rubbed
     assert cluster.energies()["friction"] > 0.01 * kinetic
@@ -88,13 +88,16 @@ def test_energy_balance_closes_with_the_time_step(sheared, straining, damping):
 
 
 def test_energy_balance_of_quasi_static_loading(sheared, fast):
-    """The books close over a loading by the servo with scaled masses, within 1 % of the boundary work."""
+    """Energies add up over a loading by the servo with scaled masses, within 0.1 % of the boundary work.
+
+    What is missing is of first order in the step: kinetic energy belongs to half steps, and avalanches have some.
+    """
     before = sheared.energies()
     sheared.load(rd.paths.drained_triaxial(until_strain=2e-3), speed=fast)
     change = {name: value - before[name] for name, value in sheared.energies().items()}
     missing = change["boundary"] - sum(change[name] for name in ("kinetic", "elastic", "friction", "damping"))
     assert change["boundary"] > 0
-    assert abs(missing) < 0.01 * change["boundary"]
+    assert abs(missing) < 1e-3 * change["boundary"]
 
 
 @pytest.mark.parametrize(

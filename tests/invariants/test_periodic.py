@@ -45,7 +45,7 @@ def made_up(seed=0, n=40, n_contacts=120, periodic=(True, True, True)):
 @pytest.mark.parametrize("periodic", [(True, True, True), (True, False, True), (False, False, False)])
 def test_the_identity_holds_for_any_box(periodic):
     work = rd.second_order_work(*made_up(periodic=periodic))
-    assert work.identity_residual < 1e-13
+    assert work.identity_residual < 1e-15
     assert abs(work.contacts) > 1e-9
 
 
@@ -57,11 +57,11 @@ def test_a_jump_across_a_face_changes_nothing():
         position=after.position + cells * after.lengths,
         image=after.image - cells[after.second] + cells[after.first],
     )
-    assert np.allclose(jumped.branch, after.branch, atol=1e-14)
+    assert np.allclose(jumped.branch, after.branch, rtol=0, atol=1e-14)
     one, other = rd.second_order_work(before, after), rd.second_order_work(before, jumped)
     for name in ("boundary", "contacts", "grains", "paper"):
-        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-10), name
-    assert other.identity_residual < 1e-13
+        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-12), name
+    assert other.identity_residual < 1e-15
 
 
 def test_pairs_across_different_faces_are_different_contacts():
@@ -87,8 +87,8 @@ def test_stress_of_a_column_through_a_periodic_face():
         normal=np.array([[1.0, 0, 0], [1.0, 0, 0]]), force_n=np.array([force, force]), force_t=np.zeros((2, 3)),
         image=np.array([[0, 0, 0], [1, 0, 0]]),
     )  # fmt: skip
-    assert np.allclose(column.wall_stress, np.diag([force / 2.0, 0.0, 0.0]))
-    assert np.allclose(love_weber_stress(column), column.wall_stress)
+    assert np.array_equal(column.wall_stress, np.diag([force / 2.0, 0.0, 0.0]))
+    assert np.allclose(love_weber_stress(column), column.wall_stress, rtol=1e-15, atol=0)
     assert not column.resultant.any()
 
 

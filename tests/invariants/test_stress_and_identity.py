@@ -22,13 +22,13 @@ def inertial_stress(snapshot):
 
 
 def test_love_weber_equals_wall_tractions_at_rest(sheared):
-    """Within the unbalanced force, which is below 1e-4 at rest; with the inertial term to rounding."""
+    """Within the unbalanced force, which is at most 1e-6 at rest; with the inertial term to rounding."""
     snapshot = sheared.snapshot()
     love_weber = np.diag(rd.micro.love_weber_stress(snapshot))
     assert sheared.equilibrium().reached
-    assert_allclose(love_weber, np.diag(snapshot.wall_stress), rtol=1e-4)
-    assert_allclose(love_weber - inertial_stress(snapshot), np.diag(snapshot.wall_stress), rtol=1e-12)
-    assert_allclose(snapshot.wall_stress, sheared.stress, rtol=1e-12)
+    assert_allclose(love_weber, np.diag(snapshot.wall_stress), rtol=1e-6)
+    assert_allclose(love_weber - inertial_stress(snapshot), np.diag(snapshot.wall_stress), rtol=1e-14)
+    np.testing.assert_array_equal(snapshot.wall_stress, sheared.stress)
 
 
 def test_love_weber_differs_in_motion(sheared, straining):
@@ -37,7 +37,7 @@ def test_love_weber_differs_in_motion(sheared, straining):
     snapshot = sheared.snapshot()
     love_weber, walls = np.diag(rd.micro.love_weber_stress(snapshot)), np.diag(snapshot.wall_stress)
     assert np.abs(love_weber - walls).max() > 1e-3 * walls.max()
-    assert_allclose(love_weber - inertial_stress(snapshot), walls, rtol=1e-11)
+    assert_allclose(love_weber - inertial_stress(snapshot), walls, rtol=1e-13)
 
 
 def random_snapshot(rng, n, contacts, scale):
@@ -77,7 +77,7 @@ def test_identity_holds_for_any_increment(seed, n, before, after, scale):
     work = rd.second_order_work(random_snapshot(rng, n, before, 1.0), random_snapshot(rng, n, after, scale))
     assert work.identity_residual < 1e-12
     assert_allclose(
-        sum(work.by_class.values()), work.contacts, rtol=0, atol=1e-12 * np.abs(work.per_contact.work).sum() + 1e-300
+        sum(work.by_class.values()), work.contacts, rtol=0, atol=1e-14 * np.abs(work.per_contact.work).sum() + 1e-300
     )
 
 
@@ -99,7 +99,7 @@ def test_identity_of_real_probes(sheared, kind):
     assert float(probes.identity_residual.max()) < 1e-12
     assert probes.identity_residual.shape == (2, 6)
     total = probes.w2_by_class.sum("contact_class")
-    assert_allclose(total, probes.w2_contacts, rtol=0, atol=1e-12 * float(abs(probes.w2_by_class).max()))
+    assert_allclose(total, probes.w2_contacts, rtol=0, atol=1e-13 * float(abs(probes.w2_by_class).max()))
     exact = probes.w2_contacts + probes.w2_grains
     assert_allclose(exact, probes.w2_boundary, rtol=0, atol=1e-12 * float(abs(probes.w2_by_class).max()))
     # something slid, opened or was created, otherwise the claim would be an elastic one
@@ -139,14 +139,14 @@ def test_numbering_does_not_matter_to_the_analysis(sheared, straining):
     size = np.abs(work.per_contact.work).sum() / before.volume
     for name in ("boundary", "lagrangian", "eulerian", "contacts", "grains", "paper"):
         assert_allclose(getattr(other, name), getattr(work, name), rtol=0, atol=1e-12 * size, err_msg=name)
-    assert other.by_class == pytest.approx(work.by_class, rel=0, abs=1e-12 * size)
+    assert other.by_class == pytest.approx(work.by_class, rel=0, abs=1e-14 * size)
     assert_allclose(
-        rd.micro.love_weber_stress(relabelled(after, order, rng)), rd.micro.love_weber_stress(after), rtol=0, atol=1e-6
+        rd.micro.love_weber_stress(relabelled(after, order, rng)), rd.micro.love_weber_stress(after), rtol=0, atol=1e-8
     )
 
 
 def test_numbering_does_not_matter_to_the_motion(sheared, straining):
-    """A renumbered assembly moves alike: after 100 steps stresses agree to 1e-10 (rounding, amplified a little)."""
+    """A renumbered assembly moves alike: after 100 steps stresses agree to 1e-11 (rounding, amplified a little)."""
     state = sheared.save()
     sheared.sort_grains()
     assert different_arrays(state, sheared.save())  # already in order would test nothing
@@ -157,7 +157,7 @@ def test_numbering_does_not_matter_to_the_motion(sheared, straining):
             twin.sort_grains()
         twin.advance(100, straining((0.5, -0.5, 0.0)))
         stresses.append(np.diag(twin.stress))
-    assert_allclose(stresses[1], stresses[0], rtol=1e-10)
+    assert_allclose(stresses[1], stresses[0], rtol=1e-11)
 
 
 def test_a_fresh_assembly_of_permuted_grains_moves_alike(packed, straining):
@@ -169,4 +169,4 @@ def test_a_fresh_assembly_of_permuted_grains_moves_alike(packed, straining):
         twin = rd.dem.Assembly(grains.position[choice], grains.radius[choice], packed.walls.position)
         twin.advance(100, straining((0.5, -0.5, 0.0)))
         stresses.append(np.diag(twin.stress))
-    assert_allclose(stresses[1], stresses[0], rtol=1e-10)
+    assert_allclose(stresses[1], stresses[0], rtol=1e-11)

@@ -162,8 +162,9 @@ def test_rest_is_at_rest(sheared, straining, fast):
     sheared.advance(20, straining((5.0, -5.0, 0.0)))
     rest = rd.dem.bring_to_rest(sheared, "stress", fast, tuple(before))
     assert rest.equilibrium.reached
-    assert sheared.equilibrium().unbalanced_force <= 1e-4
-    np.testing.assert_allclose(np.diag(sheared.stress), before, rtol=1e-3)
+    assert sheared.equilibrium().unbalanced_force <= 1e-6
+    # the servo holds it as well as forces are in balance
+    np.testing.assert_allclose(np.diag(sheared.stress), before, rtol=1e-5)
     np.testing.assert_array_equal(sheared.grains.mass, mass)
     with pytest.raises(InvalidInput, match="did you mean 'stress'"):
         rd.dem.bring_to_rest(sheared, "stres", fast)
@@ -287,7 +288,9 @@ def test_probe_data_are_labelled(packed):
         assert "long_name" in variable.attrs, name
         assert "units" in variable.attrs or variable.dtype == bool, name
     assert probes.attrs["n_steps"] == 40
-    np.testing.assert_allclose(probes.d_eps.sel(norm=2e-5), rd.directions.rendulic(90).increments(2e-5), atol=1e-12)
+    np.testing.assert_allclose(
+        probes.d_eps.sel(norm=2e-5), rd.directions.rendulic(90).increments(2e-5), rtol=0, atol=1e-15
+    )
     product = (probes.d_sigma * probes.d_eps).sum("component")
     np.testing.assert_allclose(probes.w2_macro, product, rtol=1e-12)
-    np.testing.assert_allclose(probes.w2_lagrangian, probes.w2_boundary, rtol=1e-9)
+    np.testing.assert_allclose(probes.w2_lagrangian, probes.w2_boundary, rtol=1e-10)

@@ -83,7 +83,7 @@ def test_functions_of_plain_numbers_are_enough():
 
 
 def test_it_steps_and_keeps_energy(straining):
-    """A head-on collision under Hertz's law gives the velocity back, within 1e-3 at this step."""
+    """A head-on collision under Hertz's law gives the velocity back, within 1e-6 at this step."""
     sample = pair(-1e-6, Hertz(), damping=0.0)
     sample.time_step /= 10
     sample.grains.velocity[0, 0] = 0.4
@@ -96,9 +96,10 @@ def test_it_steps_and_keeps_energy(straining):
     mass = sample.grains.mass
     share = mass[1] / mass.sum()  # of the kinetic energy that a head-on collision can store
     assert touched > 50
-    assert_allclose(most, share, rtol=1e-2)
-    assert_allclose(sample.energies()["kinetic"], kinetic, rtol=1e-3)
-    assert_allclose(sample.grains.velocity[1, 0] - sample.grains.velocity[0, 0], 0.4, rtol=1e-3)
+    # the turn is seen to a step of a thousandth of the contact's life: the energy there to the square of it
+    assert_allclose(most, share, rtol=1e-4)
+    assert_allclose(sample.energies()["kinetic"], kinetic, rtol=1e-6)
+    assert_allclose(sample.grains.velocity[1, 0] - sample.grains.velocity[0, 0], 0.4, rtol=1e-6)
 
 
 def test_it_saves_and_restores(tmp_path, straining):
@@ -126,14 +127,14 @@ def test_a_law_with_other_numbers_is_not_the_saved_one(straining):
 
 
 def test_two_laws_live_side_by_side(straining):
-    """Kernels compiled for one law are not those of another; a thousandth of a step changes forces by less than 1 %."""
+    """Kernels compiled for one law are not those of another; a thousandth of a step, f dt^2 / m, changes forces by 1e-6 or so."""
     for _ in range(2):
         hertz, linear = pair(1e-5, Hertz()), pair(1e-5, rd.dem.LinearFrictional())
         for sample in (hertz, linear):
             sample.time_step *= 1e-3
             sample.advance(1, straining())
-        assert_allclose(linear.snapshot().force_n, 356e6 * 0.03 * 1e-5, rtol=0.01)
-        assert_allclose(hertz.snapshot().force_n, 4 / 3 * 7e8 * np.sqrt(0.02 / 3) * 1e-5**1.5, rtol=0.01)
+        assert_allclose(linear.snapshot().force_n, 356e6 * 0.03 * 1e-5, rtol=1e-5)
+        assert_allclose(hertz.snapshot().force_n, 4 / 3 * 7e8 * np.sqrt(0.02 / 3) * 1e-5**1.5, rtol=1e-5)
 
 
 def amplified(factor):

@@ -67,7 +67,7 @@ def test_axes_and_signs(write):
     assert_allclose(sample.grains.angular_velocity, -filed["angvel"][:, [1, 0, 2]])
     assert sample.time_step == 1e-7
     assert_allclose(sample.density, 2600, rtol=1e-12)
-    assert_allclose(np.diag(sample.stress)[0], 712e6 * 0.01 * 1e-5 / (0.05 * 0.06), rtol=1e-9)
+    assert_allclose(np.diag(sample.stress)[0], 712e6 * 0.01 * 1e-5 / (0.05 * 0.06), rtol=1e-11)
 
 
 def test_shear_force_survives(write):
