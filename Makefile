@@ -1,9 +1,12 @@
 # Everything a user or CI runs. Needs Python >= 3.11 (PYTHON=...) and make, nothing else.
 PYTHON ?= python3
+JOBS ?= 2
 VENV := .venv
 BIN := $(VENV)/bin
+# processes that steal each other's tests; what several of them need is made once (tests/conftest.py)
+PYTEST := -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: demo docs validation test test-fast test-lowest lint types lock clean
+.PHONY: demo docs validation test test-fast test-lowest lint types imports lock clean
 
 demo: $(VENV)/installed
 	$(BIN)/rendulic reproduce --preset quick -o demo
@@ -18,14 +21,18 @@ validation: $(VENV)/installed-dev
 	$(BIN)/python docs/hooks/validation.py
 
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python $(PYTEST)
 
+# without what is marked `long`: less than two minutes, once the kernels are compiled
 test-fast: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -m "not long"
+	$(BIN)/python $(PYTEST) -m "not long"
 
-# the lower bounds of pyproject.toml, in an environment of their own; physics that takes its time is the same in both
+# the lower bounds of pyproject.toml, in an environment of their own, on what depends on versions: files, tables, input
+# and commands (tests/unit), figures and pages among them, and what the compiler makes of the kernels (tests/parity).
+# Mechanics, with the same bits from the same kernels, is not tested twice. Another numba has a cache of its own.
 test-lowest: $(VENV)-lowest/installed
-	$(VENV)-lowest/bin/python -m pytest -m "not long" tests/architecture tests/unit tests/parity tests/invariants
+	NUMBA_CACHE_DIR=$(CURDIR)/build/numba-lowest \
+	$(VENV)-lowest/bin/python $(PYTEST) -m "not long" tests/architecture tests/unit tests/parity
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -33,6 +40,10 @@ lint: $(VENV)/installed-dev
 
 types: $(VENV)/installed-dev
 	$(BIN)/mypy
+
+# who may import whom
+imports: $(VENV)/installed-dev
+	$(BIN)/lint-imports
 
 lock: $(VENV)/installed-dev
 	$(BIN)/python -m pip install -q uv

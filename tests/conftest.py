@@ -1,9 +1,17 @@
-"""Specimens that many tests share, and what tests want to say in the summary."""
+"""Specimens that many tests share, and what tests want to say in the summary.
+
+Several processes (`pytest -n 2`) share what takes long to make: the first that needs it makes it, the others wait and
+read its file.
+"""
 
 from __future__ import annotations
 
+import os
+import signal
+
 import numpy as np
 import pytest
+from filelock import FileLock
 
 import rendulic as rd
 from rendulic.dem.kernels.arrays import Drive
@@ -18,6 +26,26 @@ _LINES = pytest.StashKey[list[str]]()
 
 def pytest_configure(config):
     config.stash[_LINES] = []
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        # so does a shell to what it runs in the background; programs that tests start must feel Ctrl-C
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_modifyitems(items):
+    """What takes long comes first, so that no process is left alone with it at the end."""
+    items.sort(key=lambda item: "long" not in item.keywords)
+
+
+def pytest_sessionfinish(session):
+    """One process of several hands its lines to the one that writes the summary."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["lines"] = session.config.stash[_LINES]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """Take the lines of a process that has ended."""
+    node.config.stash[_LINES].extend(getattr(node, "workeroutput", {}).get("lines", ()))
 
 
 def pytest_terminal_summary(terminalreporter, config):
@@ -25,6 +53,23 @@ def pytest_terminal_summary(terminalreporter, config):
         terminalreporter.section("agreement with outside evidence")
         for line in config.stash[_LINES]:
             terminalreporter.write_line(line)
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory):
+    """Make something once for all processes of a run: `shared(name, make)` is the path that `make(path)` has filled."""
+    root = tmp_path_factory.getbasetemp()
+    place = (root.parent if "PYTEST_XDIST_WORKER" in os.environ else root) / "shared"
+    place.mkdir(exist_ok=True)
+
+    def once(name, make):
+        with FileLock(place / f"{name}.lock"):
+            if not (place / f"{name}.made").exists():
+                make(place / name)
+                (place / f"{name}.made").touch()
+        return place / name
+
+    return once
 
 
 @pytest.fixture(scope="session")
@@ -39,25 +84,34 @@ def fast():
     return FAST
 
 
-@pytest.fixture(scope="session")
-def packed_state():
+def packed_grains(**options):
     """Two hundred grains at rest under 200 kPa."""
-    return rd.dem.pack(n_grains=200, radius=(6e-3, 12e-3), seed=3, speed=FAST).save()
+    return rd.dem.pack(n_grains=200, radius=(6e-3, 12e-3), seed=3, speed=FAST, **options)
 
 
 @pytest.fixture(scope="session")
-def dense_state():
+def packed_state(shared):
+    """Two hundred grains at rest under 200 kPa."""
+    return rd.State.from_file(shared("packed.h5", lambda path: packed_grains().save().to_file(path)))
+
+
+@pytest.fixture(scope="session")
+def dense_state(shared):
     """Two hundred grains packed without friction, hence dense."""
-    return rd.dem.pack(n_grains=200, radius=(6e-3, 12e-3), seed=3, speed=FAST, growth_friction=0.0).save()
+    return rd.State.from_file(shared("dense.h5", lambda path: packed_grains(growth_friction=0.0).save().to_file(path)))
 
 
 @pytest.fixture(scope="session")
-def sheared_state(packed_state):
+def sheared_state(packed_state, shared):
     """The same grains after 1 % of drained compression, at rest: sliding contacts and shear forces."""
-    sample = rd.dem.Assembly.from_state(packed_state)
-    sample.load(rd.paths.drained_triaxial(until_strain=0.01), speed=FAST)
-    rd.dem.bring_to_rest(sample, "stress", FAST)
-    return sample.save()
+
+    def make(path):
+        sample = rd.dem.Assembly.from_state(packed_state)
+        sample.load(rd.paths.drained_triaxial(until_strain=0.01), speed=FAST)
+        rd.dem.bring_to_rest(sample, "stress", FAST)
+        sample.save().to_file(path)
+
+    return rd.State.from_file(shared("sheared.h5", make))
 
 
 @pytest.fixture
@@ -91,7 +145,7 @@ def straining():
 
 
 @pytest.fixture(scope="session")
-def reported_study(tmp_path_factory):
+def reported_study(shared):
     """The folder of a finished study with a little of everything, its figures not drawn; its numbers mean nothing."""
     from rendulic.study.execution.campaign import run_study
     from rendulic.study.language.study import Study
@@ -119,10 +173,13 @@ def reported_study(tmp_path_factory):
         "figures": {"diagram_norm": 2e-4},
     }  # fmt: skip
     checked = Study.model_validate(study)
-    store = Store(tmp_path_factory.mktemp("reported"))
-    # in this process, where the kernels are
-    for unit in plan_of(checked).units.values():
-        needs = {role: store.read(need.key) for role, need in unit.needs.items()}
-        store.write(unit.order(), task_from(unit.kind, unit.inputs).run(needs, How()))
-    run_study(checked, store.folder)
-    return store.folder
+
+    def make(folder):
+        store = Store(folder)
+        # in this process, where the kernels are
+        for unit in plan_of(checked).units.values():
+            needs = {role: store.read(need.key) for role, need in unit.needs.items()}
+            store.write(unit.order(), task_from(unit.kind, unit.inputs).run(needs, How()))
+        run_study(checked, folder)
+
+    return shared("reported", make)

@@ -13,10 +13,15 @@ STRAINS = np.linspace(2e-4, 4e-3, 20)
 
 
 @pytest.fixture(scope="module")
-def wide_state():
+def wide_state(shared):
     """A dense packing with a size ratio of five. (Loose ones advance in avalanches, which any change sets off.)"""
-    speed = rd.dem.QuasiStatic(inertial_number=1e-4, max_rest_steps=100_000)
-    return rd.dem.pack(n_grains=200, radius=(3e-3, 15e-3), seed=3, speed=speed, growth_friction=0.0).save()
+
+    def make(path):
+        speed = rd.dem.QuasiStatic(inertial_number=1e-4, max_rest_steps=100_000)
+        made = rd.dem.pack(n_grains=200, radius=(3e-3, 15e-3), seed=3, speed=speed, growth_friction=0.0)
+        made.save().to_file(path)
+
+    return rd.State.from_file(shared("wide.h5", make))
 
 
 def response(state, mass_scaling):
