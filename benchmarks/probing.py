@@ -203,7 +203,7 @@ def spread(timing: Timing) -> list[str]:
 # -- the kernel written by hand ------------------------------------------------------------------
 
 
-class Arrays(ctypes.Structure):
+class Addresses(ctypes.Structure):
     """What `limit/lanes.cpp` is told; the order of the fields is that of the struct there."""
 
     _fields_ = (
@@ -231,10 +231,10 @@ def compiled_limit(folder: Path) -> ctypes.CDLL:
     library = ctypes.CDLL(str(path))
     for width in widths(library):
         advance = getattr(library, f"advance_{width}")
-        advance.restype, advance.argtypes = ctypes.c_int64, (ctypes.POINTER(Arrays), ctypes.c_int64)
+        advance.restype, advance.argtypes = ctypes.c_int64, (ctypes.POINTER(Addresses), ctypes.c_int64)
         for part in PARTS:
             function = getattr(library, f"{part}_{width}")
-            function.restype, function.argtypes = None, (ctypes.POINTER(Arrays),)
+            function.restype, function.argtypes = None, (ctypes.POINTER(Addresses),)
     return library
 
 
@@ -251,33 +251,27 @@ class Limit(Lanes):
         assert assembly.law == LAW  # the one that is written out there
         self.kernel = {part: getattr(library, f"{part}_{width}") for part in ("advance", *PARTS)}
 
-    def arrays(self) -> Arrays:
+    def addresses(self) -> Addresses:
         """Addresses and numbers as they are now."""
-        base, grains = self.base, self.base.grains
-        own = {
-            name: getattr(self, name)
-            for name in ("state", "radius", "first", "second", "held", "grain", "wall", "wall_held", "rates",
-                         "wall_position", "wall_origin", "wall_force", "wall_stiffness")
-        }  # fmt: skip
-        own |= {"mass": grains.mass, "inertia": grains.inertia}
+        base, own = self.base, self.arrays._asdict() | {"rates": self.rates}
         assert all(array.flags.c_contiguous for array in own.values())
-        return Arrays(
+        return Addresses(
             **{name: array.ctypes.data for name, array in own.items()}, n_grains=len(base),
-            n_contacts=len(self.first), n_wall_contacts=len(self.grain), dt=base.time_step, damping=base.damping,
+            n_contacts=len(own["first"]), n_wall_contacts=len(own["grain"]), dt=base.time_step, damping=base.damping,
             modulus=LAW.modulus, ratio=LAW.tangential_ratio, friction=LAW.friction, reach=0.5 * self.margin,
         )  # fmt: skip
 
     def advance(self, n_steps: int) -> None:
         left = n_steps
         while left > 0:
-            made = self.kernel["advance"](self.arrays(), left)
+            made = self.kernel["advance"](self.addresses(), left)
             done = made if made >= 0 else -1 - made
             left -= done
             self._steps_since_build += done
             if made < 0:
                 self._rebuild()
                 for part in ("contacts", "walls"):
-                    self.kernel[part](self.arrays())
+                    self.kernel[part](self.addresses())
                 left -= 1
         self.n_steps += n_steps
 
@@ -299,17 +293,18 @@ def largest_difference(one: Lanes, other: Lanes) -> tuple[float, str]:
     common = min(one.width, other.width)
 
     def numbers(lanes: Lanes) -> dict[str, np.ndarray]:
-        vectors = lanes.state.reshape(len(lanes.radius), -1, 3, lanes.width)[..., :common]
+        arrays = lanes.arrays
+        vectors = arrays.state.reshape(len(arrays.radius), -1, 3, lanes.width)[..., :common]
         kinds = ("position", "velocity", "spin", "resultant", "moment")
         found = {kind: vectors[:, k] for k, kind in enumerate(kinds)}
-        found["contact force"] = lanes.held.reshape(-1, 4, lanes.width)[..., :common]
-        found["wall force"] = lanes.wall_force[:, :common]
+        found["contact force"] = arrays.held.reshape(-1, 4, lanes.width)[..., :common]
+        found["wall force"] = arrays.wall_force[:, :common]
         return found
 
     own, others = numbers(one), numbers(other)
     sizes = {kind: np.abs(values).max() for kind, values in own.items()}
     sizes["resultant"] = sizes["contact force"]
-    sizes["moment"] = sizes["contact force"] * one.radius.max()
+    sizes["moment"] = sizes["contact force"] * one.arrays.radius.max()
     found = {kind: float(np.abs(own[kind] - others[kind]).max() / sizes[kind]) for kind in own}
     kind = max(found, key=lambda name: found[name])
     return found[kind], kind
@@ -430,25 +425,25 @@ def parts(cache: Path, repeats: Repeats, large: bool) -> None:
 def own_parts(sample: rd.dem.Assembly, width: int) -> tuple[int, list[Callable[[], object]]]:
     """Number of lanes, and rendulic's three loops."""
     lanes = Lanes(sample, np.zeros((width, 3)), width)
-    kernels, law, grains = lane_kernels_for(sample.law, width), sample.law.parameters, sample.grains
+    kernels, law, own = lane_kernels_for(sample.law, width), sample.law.parameters, lanes.arrays
     dt, reach = sample.time_step, 0.5 * lanes.margin
     return width, [
-        lambda: kernels.move_lanes(lanes.state, grains.mass, grains.inertia, dt, sample.damping, reach),
+        lambda: kernels.move_lanes(own.state, own.mass, own.inertia, dt, sample.damping, reach),
         lambda: kernels.contact_lanes(
-            lanes.state, lanes.radius, lanes.first, lanes.second, lanes.held, dt, law
+            own.state, own.radius, own.first, own.second, own.held, dt, law
         ),
         lambda: kernels.wall_lanes(
-            lanes.state, lanes.radius, lanes.grain, lanes.wall, lanes.wall_held, lanes.wall_position,
-            lanes.wall_force, lanes.wall_stiffness, law,
+            own.state, own.radius, own.grain, own.wall, own.wall_held, own.wall_position, own.wall_force,
+            own.wall_stiffness, law,
         ),
     ]  # fmt: skip
 
 
 def hand_parts(lanes: Limit) -> tuple[int, list[Callable[[], object]]]:
     """Number of lanes, and the three loops written by hand."""
-    arrays, kernel = lanes.arrays(), lanes.kernel
+    addresses, kernel = lanes.addresses(), lanes.kernel
     # the lambdas hold `lanes` too: its arrays must live as long as their addresses
-    return lanes.width, [lambda part=part: kernel[part](arrays) and lanes for part in PARTS]
+    return lanes.width, [lambda part=part: kernel[part](addresses) and lanes for part in PARTS]
 
 
 def timed_parts(steps: list[Callable[[], object]], n_steps: int) -> np.ndarray:
@@ -542,7 +537,7 @@ def growth(cache: Path, repeats: Repeats, large: bool) -> None:
         rates, lanes = own.timing.rates, own.advancing
         held = array_bytes(vars(lanes)) / (len(sample) * own.lanes)
         rows.append([
-            f"{len(sample)}", f"{sample.n_contacts / len(sample):.2f}", f"{len(lanes.first) / len(sample):.2f}",
+            f"{len(sample)}", f"{sample.n_contacts / len(sample):.2f}", f"{len(lanes.arrays.first) / len(sample):.2f}",
             *spread(own.timing), f"{1e9 / median(rates):.1f}", f"{1.0 / median(rates) / base:.2f}",
             f"{ratio(own.timing, scalar.timing):.1f} x", f"{held:.0f}", f"{lanes.n_rebuilds}",
         ])  # fmt: skip

@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import rendulic as rd
-from rendulic.dem.kernels.arrays import FRICTION
 from rendulic.dem.kernels.compiled import kernels_for
+from rendulic.dem.kernels.layout import SPENT
 
 BOX = [0.0, 1.0] * 3
 K = 1e8
@@ -185,7 +185,7 @@ def test_shear_is_elastic_then_slides_at_exactly_mu_fn(rule):
     assert_allclose(history[:49, 1:], -k_t * distance[:49, None] * direction, rtol=0, atol=1e-13 * limit)
     assert_allclose(np.linalg.norm(history[51:, 1:], axis=1), friction * history[51:, 0], rtol=1e-14)
     assert_allclose(history[51:, 1:], -np.outer(friction * history[51:, 0], direction), rtol=0, atol=1e-13 * limit)
-    assert_allclose(sample.spent[FRICTION], limit * (distance[-1] - limit / k_t), rtol=0, atol=1e-8 * limit * slip)
+    assert_allclose(sample.spent[SPENT.friction], limit * (distance[-1] - limit / k_t), rtol=0, atol=1e-8 * limit * slip)
     # torques of the tangential force at the contact point, both in the same sense
     arms = np.array(radii) - overlap / 2
     assert_allclose(sample.grains.torque, -arms[:, None] * np.cross(normal, history[-1, 1:]), rtol=1e-13)
@@ -196,12 +196,12 @@ def test_shear_reversed_unloads_elastically():
     sample, normal = pair(0.01, 0.01, 1e-5)
     direction = np.cross(normal, [1.0, 0.0, 0.0]) / np.linalg.norm(np.cross(normal, [1.0, 0.0, 0.0]))
     forward = shear(sample, direction, 10.0, 100, 1e-6)
-    taken = sample.spent[FRICTION]
+    taken = sample.spent[SPENT.friction]
     back = shear(sample, direction, -1.0, 3, 1e-6)
     k_t = 0.42 * K * 0.02
     assert_allclose(np.linalg.norm(forward[-1, 1:]), 0.5 * forward[-1, 0], rtol=1e-14)
     assert_allclose((back[:, 1:] - forward[-1, 1:]) @ direction, k_t * 1e-6 * np.arange(1, 4), rtol=1e-12)
-    assert sample.spent[FRICTION] == taken
+    assert sample.spent[SPENT.friction] == taken
 
 
 def test_gears_do_not_slip():

@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 
 import naive
 import rendulic as rd
-from rendulic.dem.kernels.arrays import BOUNDARY
 from rendulic.dem.kernels.compiled import kernels_for
+from rendulic.dem.kernels.layout import SPENT
 
 MODULUS, RATIO = 3e7, 0.42
 
@@ -118,7 +118,7 @@ def test_steps_are_leapfrog_with_damping(straining, damping):
     assert_allclose(sample.walls.position, walls, rtol=0, atol=1e-15)
     assert_allclose(sample.grains.velocity, reference.grains.velocity, rtol=0, atol=1e-10)
     assert_allclose(sample.grains.angular_velocity, reference.grains.angular_velocity, rtol=0, atol=1e-8)
-    assert sample.spent[BOUNDARY] != 0.0
+    assert sample.spent[SPENT.boundary] != 0.0
 
 
 SCRIPT = """

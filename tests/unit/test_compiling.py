@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import subprocess
 import sys
@@ -16,9 +17,16 @@ import rendulic as rd
 from rendulic.dem.kernels import contacts, mechanics
 from rendulic.dem.kernels.compiled import kernels_for, lane_kernels_for
 from rendulic.foundation import compiling
-from rendulic.foundation.compiling import UnboundKernel, bind, kernel, sources_of, unbound
+from rendulic.foundation.compiling import Kernel, UnboundKernel, bind, kernel, sources_of, unbound
 
 PACKAGE = Path(rd.__file__).parent
+KERNELS = {
+    f"{thing.plain.__module__}.{name}": thing
+    for folder in ("dem", "chang_hicher")
+    for file in sorted((PACKAGE / folder / "kernels").glob("*.py"))
+    for name, thing in vars(import_module(f"rendulic.{folder}.kernels.{file.stem}")).items()
+    if isinstance(thing, Kernel)
+}
 
 
 def test_no_law_no_forces():
@@ -36,7 +44,8 @@ def test_no_law_no_forces_without_the_compiler():
         "from rendulic.dem.kernels import sums\n"
         "from rendulic.dem.kernels.mechanics import pair_force\n"
         "from rendulic.foundation.compiling import UnboundKernel\n"
-        "for call in (lambda: pair_force(*[1.0] * 21, (1.0,)), lambda: pair_force.plain(*[1.0] * 21, (1.0,)),\n"
+        "PAIR = ((1.0, 0.0, 0.0), *[1.0] * 5, *[(0.0, 0.0, 0.0)] * 4, 1e-6, (1.0,))\n"
+        "for call in (lambda: pair_force(*PAIR), lambda: pair_force.plain(*PAIR),\n"
         "             lambda: sums.stored_energy(None, None, None, ())):\n"
         "    try:\n"
         "        call()\n"
@@ -55,6 +64,19 @@ def test_no_kernel_has_a_contact_law_of_its_own():
     for file in (PACKAGE / "dem" / "kernels").glob("*.py"):
         imported = file.read_text(encoding="utf-8").count("from rendulic.dem.laws")
         assert imported == (1 if file.name == "compiled.py" else 0), file.name  # there, the protocol
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_arguments_can_be_read(name):
+    """At most 12 arguments, and the flags of all."""
+    assert len(inspect.signature(KERNELS[name].plain).parameters) <= 12
+    assert set(KERNELS[name].inlining) <= {"forceinline", "inline"}
+
+
+def test_kernels_are_there():
+    """The test above looks at those of grains and of the model."""
+    assert {"rendulic.dem.kernels.step.advance", "rendulic.chang_hicher.kernels.integrate.follow"} <= set(KERNELS)
+    assert len(KERNELS) > 60
 
 
 def made(**functions) -> ModuleType:
@@ -172,7 +194,9 @@ def test_only_kernels_of_our_own_are_cached_on_disk(monkeypatch):
     monkeypatch.setattr(compiling, "_done", {})
     bind((mechanics,), {"law_contact_force": double})
     assert {name for name, to_disk in asked.items() if not to_disk} == {"pair_force_user", "double_user"}
-    assert {name.rpartition("_")[0] for name, to_disk in asked.items() if to_disk} == {"damped", "dot", "cross"}
+    assert {name.rpartition("_")[0] for name, to_disk in asked.items() if to_disk} == {
+        "damped", "dot", "cross", "fma_vector"
+    }  # fmt: skip
 
 
 def test_the_name_on_disk_changes_with_every_source(tmp_path, monkeypatch):

@@ -9,8 +9,20 @@ import numpy as np
 from rendulic.dem.drive import burst, loading
 from rendulic.dem.drive.lanes import probe_in_lanes
 from rendulic.dem.drive.team import Prepared, in_ranks, prepared, threads_for
-from rendulic.dem.kernels.arrays import DAMPING, Contacts, Drive, Grains, WallContacts, Walls, aligned_rows
+from rendulic.dem.kernels.arrays import (
+    Contacts,
+    Drive,
+    Grains,
+    ListRange,
+    Packing,
+    Stepping,
+    WallContacts,
+    Walls,
+    aligned_rows,
+    servo_room,
+)
 from rendulic.dem.kernels.compiled import kernels_for
+from rendulic.dem.kernels.layout import CONTACT, SPENT
 from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.measure import equilibrium
 from rendulic.dem.measure.energy import energies, kinetic_energy
@@ -106,7 +118,7 @@ class Assembly:
         self.margin = 0.05 * float(self.grains.radius.mean())
         self.steps_since_build = 0
         self.growth_since_build = 0.0
-        self._scratch = np.zeros((6, 3))
+        self._scratch = servo_room()
         self.contacts, self.wall_contacts = self._candidates(None)
         refuse_deep_overlaps(self.grains, self.contacts)
         self._compute_forces()
@@ -142,7 +154,7 @@ class Assembly:
     @property
     def n_contacts(self) -> int:
         """Closed contacts, grain-grain and grain-wall."""
-        return int((self.contacts.force[:, 0] > 0).sum() + (self.wall_contacts.force > 0).sum())
+        return int((self.contacts.force_n > 0).sum() + (self.wall_contacts.force > 0).sum())
 
     @property
     def stress(self) -> np.ndarray:
@@ -181,11 +193,10 @@ class Assembly:
     def snapshot(self) -> Snapshot:
         """The present state for analysis: positions, walls, contacts and their forces (copies)."""
         grains = self.grains
-        pair = np.flatnonzero(self.contacts.force[:, 0] > 0)
+        pair = np.flatnonzero(self.contacts.force_n > 0)
         first, second = self.contacts.first[pair], self.contacts.second[pair]
         normal = grains.position[second] - grains.position[first]
         normal /= np.linalg.norm(normal, axis=1)[:, None]
-        held = self.contacts.force[pair]
         touching = np.flatnonzero(self.wall_contacts.force > 0)
         grain, wall = self.wall_contacts.grain[touching], self.wall_contacts.wall[touching]
         outward = np.zeros((len(touching), 3))
@@ -197,8 +208,8 @@ class Assembly:
             first=np.concatenate((first, grain)).astype(np.int64),
             second=np.concatenate((second, len(self) + wall)).astype(np.int64),
             normal=np.concatenate((normal, outward)),
-            force_n=np.concatenate((held[:, 0], self.wall_contacts.force[touching])),
-            force_t=np.concatenate((held[:, 1:], np.zeros((len(touching), 3)))),
+            force_n=np.concatenate((self.contacts.force_n[pair], self.wall_contacts.force[touching])),
+            force_t=np.concatenate((self.contacts.force_t[pair], np.zeros((len(touching), 3)))),
             friction=self.law.friction,
         )
 
@@ -237,14 +248,12 @@ class Assembly:
         """
         kernels, threads = kernels_for(self.law), threads_for(len(self))
         damping = self.damping if damping is None else damping
-        parameters, dt = self.law.parameters, self.time_step
+        stepping = Stepping(self.time_step, damping, self.law.parameters)
         left = n_steps
         while left > 0:
             reach = 0.5 * self.margin - self.growth_since_build
-            moved = (
-                self.grains, self.contacts, self.walls, self.wall_contacts, drive, dt, damping, parameters,
-                self.list_origin, self.list_wall_origin, reach, self.spent, self._scratch,
-            )  # fmt: skip
+            valid = ListRange(self.list_origin, self.list_wall_origin, reach)
+            moved = (self._packing(), drive, stepping, valid, self.spent, self._scratch)
             if threads == 1:
                 done, complete = kernels.advance(left, *moved)
             else:
@@ -253,12 +262,13 @@ class Assembly:
             left -= done
             if not complete:
                 self._rebuild()
-                kernels.finish_step(
-                    self.grains, self.contacts, self.walls, self.wall_contacts, dt, parameters, self.spent, self._scratch
-                )  # fmt: skip
+                kernels.finish_step(self._packing(), stepping, self.spent, self._scratch)
                 left -= 1
         self.n_steps += n_steps
-        self.time += n_steps * dt
+        self.time += n_steps * self.time_step
+
+    def _packing(self) -> Packing:
+        return Packing(self.grains, self.contacts, self.walls, self.wall_contacts)
 
     def _ready_for(self, threads: int) -> Prepared:
         if self._prepared is None or not self._prepared.is_for(self.contacts, threads):
@@ -284,7 +294,7 @@ class Assembly:
         mass, inertia = sphere_masses(self.grains.radius.copy(), self.density, self.inertial_radius)
         self.grains.mass[:] = mass
         self.grains.inertia[:] = inertia
-        self.spent[DAMPING] += before - sum(kinetic_energy(self))
+        self.spent[SPENT.damping] += before - sum(kinetic_energy(self))
 
     def scale_radii(self, factor: float) -> None:
         """Multiply all radii by `factor`, masses following; forces follow at the next step."""
@@ -310,8 +320,8 @@ class Assembly:
         }
         for pair, value in zip(zip(first.tolist(), second.tolist(), strict=True), force, strict=True):
             c = place.get(pair)
-            if c is not None and self.contacts.force[c, 0] > 0:
-                self.contacts.force[c, 1:] = value
+            if c is not None and self.contacts.force_n[c] > 0:
+                self.contacts.force_t[c] = value
         self._compute_forces(age)
 
     def stop_rattlers(self) -> None:
@@ -320,7 +330,7 @@ class Assembly:
         Damping acts on forces, so a grain in free flight would never come to rest. The kinetic
         energy taken is booked as damping.
         """
-        closed = self.contacts.force[:, 0] > 0
+        closed = self.contacts.force_n > 0
         touching = (
             self.contacts.first[closed], self.contacts.second[closed],
             self.wall_contacts.grain[self.wall_contacts.force > 0],
@@ -329,14 +339,14 @@ class Assembly:
         before = sum(kinetic_energy(self))
         self.grains.velocity[free] = 0.0
         self.grains.angular_velocity[free] = 0.0
-        self.spent[DAMPING] += before - sum(kinetic_energy(self))
+        self.spent[SPENT.damping] += before - sum(kinetic_energy(self))
 
     def stop_spins(self) -> None:
         """Stop all rotation, in place; the kinetic energy taken is booked as damping.
 
         Grains that turn on each other like gears along a frictionless wall meet no resistance.
         """
-        self.spent[DAMPING] += kinetic_energy(self)[1]
+        self.spent[SPENT.damping] += kinetic_energy(self)[1]
         self.grains.angular_velocity[:] = 0.0
 
     def sort_grains(self) -> None:
@@ -349,7 +359,7 @@ class Assembly:
         first, second = place[self.contacts.first], place[self.contacts.second]
         swapped = first > second
         force = self.contacts.force.copy()
-        force[swapped, 1:] *= -1.0
+        force[swapped, CONTACT.force_t :] *= -1.0
         first, second = np.where(swapped, second, first), np.where(swapped, first, second)
         by_pair = np.lexsort((second, first))
         self.contacts = Contacts(first[by_pair], second[by_pair], np.ascontiguousarray(force[by_pair]))

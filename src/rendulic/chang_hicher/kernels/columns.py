@@ -6,11 +6,7 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-from collections.abc import Mapping
-from itertools import accumulate
-
-import numpy as np
+from rendulic.foundation.columns import named, places, width
 
 __all__ = [
     "EVENT", "EVENT_COLUMNS", "PLANE", "PLANE_COLUMNS", "PLANE_RECORD", "PLANE_RECORD_COLUMNS", "RECORD",
@@ -39,31 +35,6 @@ SHARED_ENTRIES = {
     "stiffness": 1, "tan_peak": 1, "by_pressure": 1, "by_void_ratio": 1, "density": 1, "void_ratio": 1,
     "determinant": 1,
 }  # fmt: skip
-
-
-def places(name: str, columns: Mapping[str, int]):
-    """A named tuple of the first column of everything in a list."""
-    starts = [0, *accumulate(columns.values())][:-1]
-    return namedtuple(name, columns)(*starts)
-
-
-def width(columns: Mapping[str, int]) -> int:
-    """How many columns a list has.
-
-    >>> width(STATE_ENTRIES)
-    13
-    """
-    return sum(columns.values())
-
-
-def named(array: np.ndarray, columns: Mapping[str, int]) -> dict[str, np.ndarray]:
-    """Views of the last axis of an array by name; what is one number has no axis of its own."""
-    starts = places("Starts", columns)
-    return {
-        name: array[..., start] if count == 1 else array[..., start : start + count]
-        for (name, count), start in zip(columns.items(), starts, strict=True)
-    }
-
 
 STATE = places("StatePlaces", STATE_ENTRIES)
 RECORD = places("RecordPlaces", RECORD_COLUMNS)

@@ -10,22 +10,18 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from rendulic.dem.kernels.arrays import (
-    COLUMNS,
-    FORCE,
-    POSITION,
-    RADIUS,
-    SPIN,
-    TORQUE,
-    VELOCITY,
     Contacts,
     Grains,
+    LaneArrays,
+    Stepping,
     WallContacts,
     Walls,
     aligned,
     aligned_rows,
+    servo_room,
 )
 from rendulic.dem.kernels.compiled import lane_kernels_for
-from rendulic.dem.kernels.lanes import ORIGIN, ROWS
+from rendulic.dem.kernels.layout import CONTACT, GRAIN, LANE, LANE_ROWS, N_CONTACT, N_GRAIN, N_LANE
 from rendulic.dem.state.neighbours import find_contacts
 
 if TYPE_CHECKING:
@@ -33,6 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Lanes", "batches", "probe_in_lanes"]
 
+# columns of `Grains.row` in the order of the rows of a lane
+IN_LANES = [getattr(GRAIN, name) + k for name in LANE_ROWS if name != "origin" for k in range(LANE_ROWS[name])]
 WIDTHS = (4, 8)  # half a vector of 512 bits, and a whole one
 Reading = TypeVar("Reading")
 
@@ -80,25 +78,24 @@ class Lanes:
         self.base, self.width, self.n_used = assembly, width, len(rates)
         self.rates = np.zeros((3, width))
         self.rates[:, : len(rates)] = rates.T
-        self.radius, self.margin = grains.radius.copy(), assembly.margin
-        self._columns = [
-            *range(POSITION, POSITION + 3), *range(VELOCITY, VELOCITY + 3), *range(SPIN, SPIN + 3),
-            *range(FORCE, FORCE + 3), *range(TORQUE, TORQUE + 3),
-        ]  # fmt: skip
-        self.state = aligned(n * ROWS * width)
-        own = self.state.reshape(n, ROWS, width)
-        own[:, :ORIGIN] = grains.row[:, self._columns, None]
-        own[:, ORIGIN:] = assembly.list_origin[:, :, None]
-        contacts, touching = assembly.contacts, assembly.wall_contacts
-        self.first, self.second = contacts.first.copy(), contacts.second.copy()
-        self.held = aligned(contacts.force.size * width)
-        self.held.reshape(-1, 4, width)[:] = contacts.force[:, :, None]
-        self.grain, self.wall = touching.grain.copy(), touching.wall.copy()
-        self.wall_held = np.repeat(touching.force[:, None], width, axis=1)
-        self.wall_position = np.repeat(assembly.walls.position[:, None], width, axis=1)
-        self.wall_origin = np.repeat(assembly.list_wall_origin[:, None], width, axis=1)
-        self.wall_force = np.repeat(assembly.walls.force[:, None], width, axis=1)
-        self.wall_stiffness = np.repeat(assembly.walls.stiffness[:, None], width, axis=1)
+        self.margin = assembly.margin
+        state = aligned(n * N_LANE * width)
+        own = state.reshape(n, N_LANE, width)
+        own[:, : LANE.origin] = grains.row[:, IN_LANES, None]
+        own[:, LANE.origin :] = assembly.list_origin[:, :, None]
+        contacts, touching, walls = assembly.contacts, assembly.wall_contacts, assembly.walls
+        held = aligned(contacts.force.size * width)
+        held.reshape(-1, N_CONTACT, width)[:] = contacts.force[:, :, None]
+
+        def in_lanes(values: np.ndarray) -> np.ndarray:
+            return np.repeat(values[:, None], width, axis=1)
+
+        self.arrays = LaneArrays(
+            state, grains.radius.copy(), grains.mass, grains.inertia,
+            contacts.first.copy(), contacts.second.copy(), held,
+            touching.grain.copy(), touching.wall.copy(), in_lanes(touching.force),
+            in_lanes(walls.position), in_lanes(assembly.list_wall_origin), in_lanes(walls.force), in_lanes(walls.stiffness),
+        )  # fmt: skip
         self.n_steps = self.n_rebuilds = 0
         self._steps_since_build = 0
 
@@ -110,43 +107,36 @@ class Lanes:
         UnstableTimeStep
             If the motion of a lane diverges.
         """
-        base, grains = self.base, self.base.grains
-        kernels = lane_kernels_for(base.law, self.width)
-        dt, parameters = base.time_step, base.law.parameters
+        base, kernels = self.base, lane_kernels_for(self.base.law, self.width)
+        stepping = Stepping(base.time_step, base.damping, base.law.parameters)
         left = n_steps
         while left > 0:
-            done, complete = kernels.advance_lanes(
-                left, self.state, self.radius, grains.mass, grains.inertia, self.first, self.second, self.held,
-                self.grain, self.wall, self.wall_held, self.wall_position, self.wall_origin, self.wall_force,
-                self.wall_stiffness, self.rates, dt, base.damping, parameters, 0.5 * self.margin,
-            )  # fmt: skip
+            done, complete = kernels.advance_lanes(left, self.arrays, self.rates, stepping, 0.5 * self.margin)
             left -= done
             self._steps_since_build += done
             if not complete:
                 self._rebuild()
-                kernels.finish_lanes(
-                    self.state, self.radius, self.first, self.second, self.held, self.grain, self.wall, self.wall_held,
-                    self.wall_position, self.wall_force, self.wall_stiffness, dt, parameters,
-                )  # fmt: skip
+                kernels.finish_lanes(self.arrays, stepping.dt, stepping.parameters)
                 left -= 1
         self.n_steps += n_steps
 
     def assembly(self, lane: int) -> Assembly:
         """The specimen of a lane as it is now, independent and complete but for energies spent."""
-        base = self.base
+        base, arrays = self.base, self.arrays
         own = copy(base)
-        rows = np.empty((len(base), COLUMNS))
-        rows[:, RADIUS] = self.radius
-        rows[:, self._columns] = self.state.reshape(len(base), ROWS, self.width)[:, :ORIGIN, lane]
+        state = arrays.state.reshape(len(base), N_LANE, self.width)[:, :, lane]
+        rows = np.empty((len(base), N_GRAIN))
+        rows[:, GRAIN.radius] = arrays.radius
+        rows[:, IN_LANES] = state[:, : LANE.origin]
         own.grains = Grains(aligned_rows(rows), base.grains.mass.copy(), base.grains.inertia.copy())
-        held = np.ascontiguousarray(self.held.reshape(-1, 4, self.width)[:, :, lane])
-        own.contacts = Contacts(self.first.copy(), self.second.copy(), held)
-        own.wall_contacts = WallContacts(self.grain.copy(), self.wall.copy(), self.wall_held[:, lane].copy())
-        columns = (self.wall_position, self.wall_force, self.wall_stiffness)
-        own.walls = Walls(*(np.ascontiguousarray(column[:, lane]) for column in columns))
-        own.list_origin = np.ascontiguousarray(self.state.reshape(len(base), ROWS, self.width)[:, ORIGIN:, lane])
-        own.list_wall_origin = np.ascontiguousarray(self.wall_origin[:, lane])
-        own.spent, own.strain_origin, own._scratch = base.spent.copy(), base.strain_origin.copy(), np.zeros((6, 3))
+        held = np.ascontiguousarray(arrays.held.reshape(-1, N_CONTACT, self.width)[:, :, lane])
+        own.contacts = Contacts(arrays.first.copy(), arrays.second.copy(), held)
+        own.wall_contacts = WallContacts(arrays.grain.copy(), arrays.wall.copy(), arrays.wall_held[:, lane].copy())
+        of_walls = (arrays.wall_position, arrays.wall_force, arrays.wall_stiffness)
+        own.walls = Walls(*(np.ascontiguousarray(values[:, lane]) for values in of_walls))
+        own.list_origin = np.ascontiguousarray(state[:, LANE.origin :])
+        own.list_wall_origin = np.ascontiguousarray(arrays.wall_origin[:, lane])
+        own.spent, own.strain_origin, own._scratch = base.spent.copy(), base.strain_origin.copy(), servo_room()
         own.margin, own.growth_since_build = self.margin, 0.0
         own.steps_since_build = self._steps_since_build
         own.n_steps, own.time = base.n_steps + self.n_steps, base.time + self.n_steps * base.time_step
@@ -154,29 +144,31 @@ class Lanes:
 
     def _rebuild(self) -> None:
         """Candidate pairs of the present positions of all lanes, with the history of closed contacts."""
+        arrays, width = self.arrays, self.width
         # as in `Assembly`: a rebuild costs several steps, a wide margin slows every step
         if self._steps_since_build < 150:
-            self.margin = min(1.5 * self.margin, 0.3 * float(self.radius.mean()))
-        n, width = len(self.radius), self.width
-        own = self.state.reshape(n, ROWS, width)
-        old = self.first.astype(np.int64) * n + self.second
-        pairs, touching = [old[(self.held.reshape(-1, 4, width)[:, 0] != 0.0).any(axis=1)]], []
+            self.margin = min(1.5 * self.margin, 0.3 * float(arrays.radius.mean()))
+        n = len(arrays.radius)
+        old_held = arrays.held.reshape(-1, N_CONTACT, width)
+        old = arrays.first.astype(np.int64) * n + arrays.second
+        pairs, touching = [old[(old_held[:, CONTACT.force_n] != 0.0).any(axis=1)]], []
         for lane in range(self.n_used):
             one = self.assembly(lane)
             found, at_walls = find_contacts(one.grains, one.walls, None, self.margin)
             pairs.append(found.first.astype(np.int64) * n + found.second)
             touching.append(at_walls.wall.astype(np.int64) * n + at_walls.grain)
         keys, wall_keys = np.unique(np.concatenate(pairs)), np.unique(np.concatenate(touching))
-        held = aligned(len(keys) * 4 * width)
+        held = aligned(len(keys) * N_CONTACT * width)
         held[:] = 0.0
         kept, place = np.isin(old, keys), np.searchsorted(keys, old)
-        held.reshape(-1, 4, width)[place[kept]] = self.held.reshape(-1, 4, width)[kept]
-        self.first, self.second = (keys // n).astype(np.int32), (keys % n).astype(np.int32)
-        self.held = held
-        self.wall, self.grain = (wall_keys // n).astype(np.int32), (wall_keys % n).astype(np.int32)
-        self.wall_held = np.zeros((len(wall_keys), width))
-        own[:, ORIGIN:] = own[:, POSITION : POSITION + 3]
-        self.wall_origin = self.wall_position.copy()
+        held.reshape(-1, N_CONTACT, width)[place[kept]] = old_held[kept]
+        own = arrays.state.reshape(n, N_LANE, width)
+        own[:, LANE.origin :] = own[:, LANE.position : LANE.position + 3]
+        self.arrays = arrays._replace(
+            first=(keys // n).astype(np.int32), second=(keys % n).astype(np.int32), held=held,
+            grain=(wall_keys % n).astype(np.int32), wall=(wall_keys // n).astype(np.int32),
+            wall_held=np.zeros((len(wall_keys), width)), wall_origin=arrays.wall_position.copy(),
+        )  # fmt: skip
         self._steps_since_build = 0
         self.n_rebuilds += 1
 

@@ -13,7 +13,7 @@ from numba.extending import intrinsic
 
 from rendulic.foundation.compiling import kernel
 
-__all__ = ["cross", "dot", "fma"]
+__all__ = ["cross", "dot", "fma", "fma_vector"]
 
 
 def _plain_fma(a, b, c):
@@ -32,12 +32,18 @@ fma = _plain_fma if numba.config.DISABLE_JIT else _fused
 
 
 @kernel(forceinline=True)
-def dot(ax, ay, az, bx, by, bz):
-    """Scalar product."""
-    return fma(ax, bx, fma(ay, by, az * bz))
+def dot(a, b):
+    """Scalar product of two vectors, three numbers each."""
+    return fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2]))
 
 
 @kernel(forceinline=True)
-def cross(ax, ay, az, bx, by, bz):
+def cross(a, b):
     """Vector product."""
-    return fma(ay, bz, -(az * by)), fma(az, bx, -(ax * bz)), fma(ax, by, -(ay * bx))
+    return fma(a[1], b[2], -(a[2] * b[1])), fma(a[2], b[0], -(a[0] * b[2])), fma(a[0], b[1], -(a[1] * b[0]))
+
+
+@kernel(forceinline=True)
+def fma_vector(factor, a, b):
+    """The vector `factor a + b`."""
+    return fma(factor, a[0], b[0]), fma(factor, a[1], b[1]), fma(factor, a[2], b[2])

@@ -6,21 +6,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Contacts", "Drive", "Grains", "Team", "WallContacts", "Walls", "aligned", "aligned_rows"]
+from rendulic.dem.kernels.layout import CONTACT, GRAIN, N_SERVO
 
+__all__ = [
+    "Contacts", "Drive", "Grains", "LaneArrays", "ListRange", "Packing", "Stepping", "Team", "WallContacts", "Walls",
+    "aligned", "aligned_rows", "servo_room",
+]  # fmt: skip
 
-# columns of `Grains.row`
-POSITION, RADIUS, VELOCITY, SPIN, FORCE, TORQUE, COLUMNS = 0, 3, 4, 7, 10, 13, 16
-FRICTION, DAMPING, BOUNDARY = 0, 1, 2  # places in the array of energies spent
 BLOCK = 128  # grains or contacts whose losses are summed together, whatever the number of threads
 
 
 class Grains(NamedTuple):
     """One row per grain; SI units.
 
-    All that a contact reads and writes of a grain lies in one row of 128 bytes, two cache lines:
-    position (3), radius, velocity (3), angular velocity (3), force (3), torque (3). The properties
-    are views of it. Velocities belong to the last half step; force and torque are the resultants
+    All that a contact reads and writes of a grain lies in one row of 128 bytes, two cache lines; `layout.GRAIN`
+    has its columns. The properties are views of it. Velocities belong to the last half step; force and torque are the resultants
     of the contact forces at the present position, undamped.
     """
 
@@ -31,32 +31,32 @@ class Grains(NamedTuple):
     @property
     def position(self) -> np.ndarray:
         """(n, 3) view, m."""
-        return self.row[:, POSITION : POSITION + 3]
+        return self.row[:, GRAIN.position : GRAIN.position + 3]
 
     @property
     def radius(self) -> np.ndarray:
         """(n,) view, m."""
-        return self.row[:, RADIUS]
+        return self.row[:, GRAIN.radius]
 
     @property
     def velocity(self) -> np.ndarray:
         """(n, 3) view, m/s."""
-        return self.row[:, VELOCITY : VELOCITY + 3]
+        return self.row[:, GRAIN.velocity : GRAIN.velocity + 3]
 
     @property
     def angular_velocity(self) -> np.ndarray:
         """(n, 3) view, rad/s."""
-        return self.row[:, SPIN : SPIN + 3]
+        return self.row[:, GRAIN.spin : GRAIN.spin + 3]
 
     @property
     def force(self) -> np.ndarray:
         """(n, 3) view, N."""
-        return self.row[:, FORCE : FORCE + 3]
+        return self.row[:, GRAIN.force : GRAIN.force + 3]
 
     @property
     def torque(self) -> np.ndarray:
         """(n, 3) view, N m."""
-        return self.row[:, TORQUE : TORQUE + 3]
+        return self.row[:, GRAIN.torque : GRAIN.torque + 3]
 
 
 def aligned(count: int) -> np.ndarray:
@@ -73,15 +73,31 @@ def aligned_rows(values: np.ndarray) -> np.ndarray:
     return rows
 
 
+def servo_room() -> np.ndarray:
+    """Room for `walls.move_walls`, which `finish_step` reads; see `layout.SERVO`."""
+    return np.zeros((N_SERVO, 3))
+
+
 class Contacts(NamedTuple):
     """Candidate pairs `first < second`, sorted; open pairs carry zero force.
 
-    `force` is (n, 4): normal force, then the tangential force on `second`.
+    `force` holds the normal force and the tangential force on `second`, see `layout.CONTACT`. The
+    properties are views of it.
     """
 
     first: np.ndarray  # (n,) int32
     second: np.ndarray  # (n,) int32
     force: np.ndarray  # (n, 4)
+
+    @property
+    def force_n(self) -> np.ndarray:
+        """(n,) view, N; above zero where the pair touches."""
+        return self.force[:, CONTACT.force_n]
+
+    @property
+    def force_t(self) -> np.ndarray:
+        """(n, 3) view, N."""
+        return self.force[:, CONTACT.force_t :]
 
 
 class WallContacts(NamedTuple):
@@ -113,6 +129,50 @@ class Drive(NamedTuple):
     target: np.ndarray  # (3,) stress of the stress-controlled components at the end of the step, Pa
     target_rate: np.ndarray  # (3,) its change, Pa/s
     rate_cap: np.ndarray  # (1,) largest strain rate the servo may use, 1/s
+
+
+class Packing(NamedTuple):
+    """Grains between walls, and what touches what."""
+
+    grains: Grains
+    contacts: Contacts
+    walls: Walls
+    wall_contacts: WallContacts
+
+
+class Stepping(NamedTuple):
+    """The numbers that all steps share."""
+
+    dt: float
+    damping: float
+    parameters: tuple[float, ...]  # of the contact law
+
+
+class ListRange(NamedTuple):
+    """Where grains and walls were when the candidate pairs were found, and how far they may be from there."""
+
+    origin: np.ndarray  # (n, 3)
+    wall_origin: np.ndarray  # (6,)
+    reach: float
+
+
+class LaneArrays(NamedTuple):
+    """Several copies of an assembly, the copy as innermost axis; radii, masses and candidate pairs are common."""
+
+    state: np.ndarray  # (n * N_LANE * lanes,), rows of `layout.LANE` for each grain, aligned to cache lines
+    radius: np.ndarray  # (n,)
+    mass: np.ndarray  # (n,)
+    inertia: np.ndarray  # (n,)
+    first: np.ndarray  # (c,) int32
+    second: np.ndarray  # (c,) int32
+    held: np.ndarray  # (c * N_CONTACT * lanes,), rows of `layout.CONTACT` for each pair
+    grain: np.ndarray  # (w,) int32
+    wall: np.ndarray  # (w,) int32
+    wall_held: np.ndarray  # (w, lanes)
+    wall_position: np.ndarray  # (6, lanes)
+    wall_origin: np.ndarray  # (6, lanes), where the walls were when the candidate pairs were found
+    wall_force: np.ndarray  # (6, lanes)
+    wall_stiffness: np.ndarray  # (6, lanes)
 
 
 class Team(NamedTuple):

@@ -7,6 +7,7 @@ from functools import lru_cache
 from types import SimpleNamespace
 
 from rendulic.dem.kernels import contact_law, lanes, rows, step, sums, team
+from rendulic.dem.kernels.layout import LANE, LANE_STACKED
 from rendulic.dem.laws import ContactLaw
 from rendulic.foundation.compiling import Unbound, bind
 
@@ -31,4 +32,5 @@ def _bound(*functions: Callable, width: int = 0) -> SimpleNamespace:
     meaning = {PREFIX + name: function for name, function in zip(OF_A_LAW, functions, strict=True)}
     if not width:
         return bind((step, team, sums), meaning)
-    return bind((lanes,), meaning | {"WIDTH": width, **vars(rows.row_operations(width, lanes.ORIGIN, lanes.STACKED))})
+    operations = rows.row_operations(width, fetched=LANE.origin, stacked=LANE_STACKED)
+    return bind((lanes,), meaning | {"WIDTH": width, **vars(operations)})

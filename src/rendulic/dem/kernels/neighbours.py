@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rendulic.dem.kernels.layout import CONTACT
 from rendulic.foundation.compiling import kernel
 
 
@@ -123,7 +124,7 @@ def carry_history(old_first, old_second, old_force, first, second):
     force = np.zeros((first.shape[0], old_force.shape[1]))
     c, lost = 0, 0
     for q in range(old_first.shape[0]):
-        if old_force[q, 0] == 0.0:
+        if old_force[q, CONTACT.force_n] == 0.0:
             continue
         while c < first.shape[0] and (
             first[c] < old_first[q] or (first[c] == old_first[q] and second[c] < old_second[q])

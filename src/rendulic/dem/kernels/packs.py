@@ -14,12 +14,12 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from rendulic.dem.kernels.layout import N_PAIR, PAIR
 from rendulic.dem.kernels.rows import all_lanes, fused, on_stack, pointer
 
 __all__ = ["PACK", "pack_operations"]
 
-PACK = 8  # contacts
-ARM_1, ARM_2, MOMENTS = 0, 1, 2  # columns of a contact's row: arms, then force (3) and moment (3)
+PACK = 8  # contacts or grains; also the numbers of a pair, so that they are one vector
 
 
 def pack_operations() -> SimpleNamespace:
@@ -35,7 +35,7 @@ def pack_operations() -> SimpleNamespace:
         return _plain()
     return SimpleNamespace(
         gather_8=_gather(8), gather_4=_gather(4), gather_2=_gather(2), scatter_8=_scatter(8), scatter_4=_scatter(4),
-        add_to_first=_add(-1.0, ARM_1), add_to_second=_add(1.0, ARM_2), stack_places=_stack_places, indexed_places=_indexed_places,
+        add_to_first=_add(-1.0, PAIR.arm_1), add_to_second=_add(1.0, PAIR.arm_2), stack_places=_stack_places, indexed_places=_indexed_places,
     )  # fmt: skip
 
 
@@ -59,15 +59,15 @@ def _plain() -> SimpleNamespace:
 
     def add(sign, arm):
         def to(rows, at, pairs, start):
-            pair = pairs.reshape(-1)[start : start + PACK]
-            factor = np.array([0.0, 0.0, sign, sign, sign, -pair[arm], -pair[arm], -pair[arm]])
-            rows.reshape(-1)[at : at + PACK] += factor * pair
+            pair = pairs.reshape(-1)[start : start + N_PAIR]
+            rows.reshape(-1)[at + PAIR.force : at + PAIR.moment] += sign * pair[PAIR.force : PAIR.moment]
+            rows.reshape(-1)[at + PAIR.moment : at + N_PAIR] += -pair[arm] * pair[PAIR.moment :]
 
         return to
 
     return SimpleNamespace(
         gather_8=gather(8), gather_4=gather(4), gather_2=gather(2), scatter_8=scatter(8), scatter_4=scatter(4),
-        add_to_first=add(-1.0, ARM_1), add_to_second=add(1.0, ARM_2), stack_places=lambda: np.zeros(PACK, np.int64), indexed_places=indexed_places,
+        add_to_first=add(-1.0, PAIR.arm_1), add_to_second=add(1.0, PAIR.arm_2), stack_places=lambda: np.zeros(PACK, np.int64), indexed_places=indexed_places,
     )  # fmt: skip
 
 
@@ -156,7 +156,7 @@ def _scatter(n: int):
 
 
 def _add(sign: float, arm: int):
-    whole = ir.VectorType(ir.DoubleType(), PACK)
+    whole = ir.VectorType(ir.DoubleType(), N_PAIR)
 
     @intrinsic
     def add(_context, rows, at, pairs, start):
@@ -166,9 +166,12 @@ def _add(sign: float, arm: int):
             target = pointer(context, builder, signature.args[0], arguments[0], arguments[1], whole)
             source = pointer(context, builder, signature.args[2], arguments[2], arguments[3], whole)
             pair = builder.load(source, align=8)
-            arms = builder.fneg(builder.shuffle_vector(pair, pair, _indices([arm] * PACK)))
-            fixed = ir.Constant(whole, [0.0, 0.0, sign, sign, sign, 0.0, 0.0, 0.0])
-            factor = builder.shuffle_vector(fixed, arms, _indices([0, 1, 2, 3, 4, 13, 14, 15]))
+            arms = builder.fneg(builder.shuffle_vector(pair, pair, _indices([arm] * N_PAIR)))
+            fixed = ir.Constant(whole, [sign if PAIR.force <= k < PAIR.moment else 0.0 for k in range(N_PAIR)])
+            # nothing for the arms themselves, the sign for the force, the arm for the moment
+            factor = builder.shuffle_vector(
+                fixed, arms, _indices([k if k < PAIR.moment else N_PAIR + k for k in range(N_PAIR)])
+            )
             builder.store(fused(builder, factor, pair, builder.load(target, align=8)), target, align=8)
             return context.get_dummy_value()
 

@@ -10,28 +10,20 @@ from __future__ import annotations
 import numpy as np
 
 from rendulic.dem.kernels.arithmetic import fma
-from rendulic.dem.kernels.arrays import (
-    BLOCK,
-    BOUNDARY,
-    COLUMNS,
-    DAMPING,
-    FORCE,
-    POSITION,
-    SPIN,
-    TORQUE,
-    VELOCITY,
-)  # fmt: skip
+from rendulic.dem.kernels.arrays import BLOCK
 from rendulic.dem.kernels.contacts import contact_forces
+from rendulic.dem.kernels.layout import GRAIN, HALF_GRAIN, MOVE_STACK, N_GRAIN, N_MOVE_STACK, SPENT
 from rendulic.dem.kernels.mechanics import damped
 from rendulic.dem.kernels.packs import PACK, pack_operations
 from rendulic.dem.kernels.rows import row_operations
-from rendulic.dem.kernels.walls import move_walls, wall_forces
+from rendulic.dem.kernels.walls import add_wall_work, move_walls, wall_forces
 from rendulic.foundation.compiling import kernel
 
-# rows on the stack of eight moving grains: the whole row (16), where the list was built (3), mass and inertia, how far
-# it moved, squared, and what damping took
-ORIGIN, MASS, MOVED2, TAKEN = 16, 20, 22, 23
-_rows, _packs = row_operations(PACK, 0, TAKEN + 1), pack_operations()
+# of eight moving grains
+ROW, ORIGIN, MASS, INERTIA = MOVE_STACK.row, MOVE_STACK.origin, MOVE_STACK.mass, MOVE_STACK.inertia
+POSITION, VELOCITY, SPIN = ROW + GRAIN.position, ROW + GRAIN.velocity, ROW + GRAIN.spin
+FORCE, TORQUE, MOVED2, TAKEN = ROW + GRAIN.force, ROW + GRAIN.torque, MOVE_STACK.moved2, MOVE_STACK.taken
+_rows, _packs = row_operations(PACK, 0, N_MOVE_STACK), pack_operations()
 stack_grains, any_beyond = _rows.stack_rows, _rows.any_beyond
 gather_8, gather_2 = _packs.gather_8, _packs.gather_2
 scatter_8, stack_places = _packs.scatter_8, _packs.stack_places
@@ -57,15 +49,15 @@ def move_grains(grains, begin, end, dt, damping, reference, reach, lost):
         for i in range(block * BLOCK, last + 1, PACK):
             for k in range(PACK):
                 at = min(i + k, last)  # the last one fills up the last pack: it is moved, and stored, again
-                own[k], origin[k] = at * COLUMNS, at * 3
+                own[k], origin[k] = at * N_GRAIN, at * 3
                 stack[MASS * PACK + k] = mass[np.uint64(at)]
-                stack[(MASS + 1) * PACK + k] = inertia[np.uint64(at)]
-            gather_8(stack, 0, row, own, 0)
-            gather_8(stack, 8 * PACK, row, own, 8)
+                stack[INERTIA * PACK + k] = inertia[np.uint64(at)]
+            gather_8(stack, ROW * PACK, row, own, 0)
+            gather_8(stack, (ROW + HALF_GRAIN) * PACK, row, own, HALF_GRAIN)
             gather_2(stack, ORIGIN * PACK, reference, origin, 0)
             gather_2(stack, (ORIGIN + 1) * PACK, reference, origin, 1)
             for lane in range(PACK):
-                of_force, of_torque = dt / stack[MASS * PACK + lane], dt / stack[(MASS + 1) * PACK + lane]
+                of_force, of_torque = dt / stack[MASS * PACK + lane], dt / stack[INERTIA * PACK + lane]
                 moved2, taken = 0.0, 0.0
                 for k in range(3):
                     old, full = stack[(VELOCITY + k) * PACK + lane], stack[(FORCE + k) * PACK + lane]
@@ -86,8 +78,8 @@ def move_grains(grains, begin, end, dt, damping, reference, reach, lost):
                 stack[MOVED2 * PACK + lane] = moved2
                 stack[TAKEN * PACK + lane] += taken if i + lane <= last else 0.0
             beyond |= any_beyond(stack, MOVED2 * PACK, reach2)
-            scatter_8(row, own, stack, 0, 0)
-            scatter_8(row, own, stack, 8 * PACK, 8)
+            scatter_8(row, own, stack, ROW * PACK, 0)
+            scatter_8(row, own, stack, (ROW + HALF_GRAIN) * PACK, HALF_GRAIN)
         total = 0.0
         for lane in range(PACK):
             total += stack[TAKEN * PACK + lane]
@@ -96,23 +88,20 @@ def move_grains(grains, begin, end, dt, damping, reference, reach, lost):
 
 
 @kernel
-def advance(
-    n_steps,
-    grains,
-    contacts,
-    walls,
-    wall_contacts,
-    drive,
-    dt,
-    damping,
-    parameters,
-    reference,
-    wall_reference,
-    reach,
-    spent,
-    scratch,
-):
+def advance(n_steps, packing, drive, stepping, valid, spent, room):
     """Make up to `n_steps` steps, in place.
+
+    Parameters
+    ----------
+    packing : Packing
+    drive : Drive
+    stepping : Stepping
+    valid : ListRange
+        Where the neighbour list holds.
+    spent : (3,) array
+        Energies, see `layout.SPENT`.
+    room : array
+        See `arrays.servo_room`.
 
     Returns
     -------
@@ -122,23 +111,23 @@ def advance(
         False when the neighbour list must be rebuilt: grains and walls of the next step have moved
         but its forces are not computed yet (`finish_step` does that after the rebuild).
     """
+    grains, walls, dt, damping = packing.grains, packing.walls, stepping.dt, stepping.damping
     n, lost = grains.row.shape[0], np.zeros((grains.row.shape[0] + BLOCK - 1) // BLOCK)
     for step in range(n_steps):
-        within = move_grains(grains, 0, n, dt, damping, reference, reach, lost)
+        within = move_grains(grains, 0, n, dt, damping, valid.origin, valid.reach, lost)
         for block in range(lost.shape[0]):
-            spent[DAMPING] += lost[block]
-        if not move_walls(walls, drive, dt, wall_reference, reach, spent, scratch):
+            spent[SPENT.damping] += lost[block]
+        if not move_walls(walls, drive, dt, valid.wall_origin, valid.reach, spent, room):
             within = False
         if not within:
             return step, False
-        finish_step(grains, contacts, walls, wall_contacts, dt, parameters, spent, scratch)
+        finish_step(packing, stepping, spent, room)
     return n_steps, True
 
 
 @kernel
-def finish_step(grains, contacts, walls, wall_contacts, dt, parameters, spent, scratch):
+def finish_step(packing, stepping, spent, room):
     """Forces at the present positions, and the second half of the boundary work of the step."""
-    contact_forces(grains, contacts, dt, parameters, spent)
-    wall_forces(grains, walls, wall_contacts, parameters)
-    for axis in range(3):
-        spent[BOUNDARY] += 0.5 * scratch[5, axis] * (walls.force[2 * axis] + walls.force[2 * axis + 1])
+    contact_forces(packing.grains, packing.contacts, stepping.dt, stepping.parameters, spent)
+    wall_forces(packing.grains, packing.walls, packing.wall_contacts, stepping.parameters)
+    add_wall_work(packing.walls, spent, room)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from math import sqrt
-
-from rendulic.dem.kernels.arrays import RADIUS
 from rendulic.dem.kernels.contact_law import law_elastic_energy, law_stiffness, law_wall_stiffness
+from rendulic.dem.kernels.contacts import tangential_force
+from rendulic.dem.kernels.layout import CONTACT, GRAIN
 from rendulic.foundation.compiling import kernel
 
 SHEAR_RATIO = 0.42  # k_t / k_n up to which normal stiffness decides the time step
@@ -22,20 +21,20 @@ def stiffness_sums(grains, contacts, wall_contacts, parameters, sums):
     largest = 0.0
     for i in range(row.shape[0]):
         sums[i] = 0.0
-        largest = max(largest, row[i, RADIUS])
+        largest = max(largest, row[i, GRAIN.radius])
     for c in range(contacts.first.shape[0]):
-        if contacts.force[c, 0] > 0.0:
+        if contacts.force[c, CONTACT.force_n] > 0.0:
             i, j = contacts.first[c], contacts.second[c]
-            k_n, k_t = law_stiffness(row[i, RADIUS], row[j, RADIUS], parameters)
+            k_n, k_t = law_stiffness(row[i, GRAIN.radius], row[j, GRAIN.radius], parameters)
             stiffest = max(k_n, k_t / SHEAR_RATIO)
             sums[i] += stiffest
             sums[j] += stiffest
     for c in range(wall_contacts.grain.shape[0]):
         if wall_contacts.force[c] > 0.0:
             i = wall_contacts.grain[c]
-            sums[i] += law_wall_stiffness(row[i, RADIUS], parameters)
+            sums[i] += law_wall_stiffness(row[i, GRAIN.radius], parameters)
     for i in range(row.shape[0]):
-        k_n, k_t = law_stiffness(row[i, RADIUS], largest, parameters)
+        k_n, k_t = law_stiffness(row[i, GRAIN.radius], largest, parameters)
         sums[i] = max(sums[i], k_n, k_t / SHEAR_RATIO)
 
 
@@ -45,12 +44,14 @@ def stored_energy(grains, contacts, wall_contacts, parameters):
     row = grains.row
     total = 0.0
     for c in range(contacts.first.shape[0]):
-        if contacts.force[c, 0] > 0.0:
-            k_n, k_t = law_stiffness(row[contacts.first[c], RADIUS], row[contacts.second[c], RADIUS], parameters)
-            tangential = sqrt(contacts.force[c, 1] ** 2 + contacts.force[c, 2] ** 2 + contacts.force[c, 3] ** 2)
-            total += law_elastic_energy(contacts.force[c, 0], tangential, k_n, k_t)
+        if contacts.force[c, CONTACT.force_n] > 0.0:
+            k_n, k_t = law_stiffness(
+                row[contacts.first[c], GRAIN.radius], row[contacts.second[c], GRAIN.radius], parameters
+            )
+            tangential = tangential_force(contacts.force, c)
+            total += law_elastic_energy(contacts.force[c, CONTACT.force_n], tangential, k_n, k_t)
     for c in range(wall_contacts.grain.shape[0]):
         if wall_contacts.force[c] > 0.0:
-            k_n = law_wall_stiffness(row[wall_contacts.grain[c], RADIUS], parameters)
+            k_n = law_wall_stiffness(row[wall_contacts.grain[c], GRAIN.radius], parameters)
             total += law_elastic_energy(wall_contacts.force[c], 0.0, k_n, k_n)
     return total

@@ -8,19 +8,19 @@ the number of threads.
 
 from __future__ import annotations
 
-from rendulic.dem.kernels.arrays import BOUNDARY, DAMPING, FRICTION
 from rendulic.dem.kernels.barrier import wait_for_all
 from rendulic.dem.kernels.contacts import forces_on, total
+from rendulic.dem.kernels.layout import SPENT
 from rendulic.dem.kernels.step import move_grains
-from rendulic.dem.kernels.walls import move_walls, press_walls, push_from_wall, sum_walls
+from rendulic.dem.kernels.walls import add_wall_work, move_walls, press_walls, push_from_wall, sum_walls
 from rendulic.foundation.compiling import kernel
 
 
 @kernel
-def finish_team(
-    rank, n_ranks, arrivals, grains, contacts, walls, wall_contacts, dt, parameters, spent, scratch, team, crossing
-):  # fmt: skip
+def finish_team(rank, n_ranks, arrivals, packing, stepping, spent, room, team, crossing):
     """`step.finish_step` of a rank; all its arrivals at the barrier so far go in and come out."""
+    grains, contacts, walls, wall_contacts = packing.grains, packing.contacts, packing.walls, packing.wall_contacts
+    dt, parameters = stepping.dt, stepping.parameters
     begin, end = team.grains[rank], team.grains[rank + 1]
     before, after = crossing[2 * rank], crossing[2 * rank + 1]
     forces_on(grains, begin, end, before, 0, before.first.shape[0], dt, parameters, team.again[rank])
@@ -34,62 +34,29 @@ def finish_team(
     wait_for_all(team.arrived, arrivals)
     if rank == 0:
         sum_walls(walls, wall_contacts, team.wall_stiffness)
-        spent[FRICTION] += total(team.friction)
-        for axis in range(3):
-            spent[BOUNDARY] += 0.5 * scratch[5, axis] * (walls.force[2 * axis] + walls.force[2 * axis + 1])
+        spent[SPENT.friction] += total(team.friction)
+        add_wall_work(walls, spent, room)
     return arrivals
 
 
 @kernel
-def advance_team(
-    rank,
-    n_ranks,
-    n_steps,
-    grains,
-    contacts,
-    walls,
-    wall_contacts,
-    drive,
-    dt,
-    damping,
-    parameters,
-    reference,
-    wall_reference,
-    reach,
-    spent,
-    scratch,
-    team,
-    crossing,
-):
+def advance_team(rank, n_ranks, n_steps, packing, drive, stepping, valid, spent, room, team, crossing):
     """`step.advance` of a rank."""
+    grains, walls, dt, damping = packing.grains, packing.walls, stepping.dt, stepping.damping
     begin, end = team.grains[rank], team.grains[rank + 1]
     arrivals = 0
     for step in range(n_steps):
-        within = move_grains(grains, begin, end, dt, damping, reference, reach, team.damping)
-        if rank == 0 and not move_walls(walls, drive, dt, wall_reference, reach, spent, scratch):
+        within = move_grains(grains, begin, end, dt, damping, valid.origin, valid.reach, team.damping)
+        if rank == 0 and not move_walls(walls, drive, dt, valid.wall_origin, valid.reach, spent, room):
             within = False
         team.within[64 * rank] = within
         arrivals += n_ranks
         wait_for_all(team.arrived, arrivals)
         if rank == 0:
             for block in range(team.damping.shape[0]):
-                spent[DAMPING] += team.damping[block]
+                spent[SPENT.damping] += team.damping[block]
         for other in range(n_ranks):
             if not team.within[64 * other]:
                 return step, False
-        arrivals = finish_team(
-            rank,
-            n_ranks,
-            arrivals,
-            grains,
-            contacts,
-            walls,
-            wall_contacts,
-            dt,
-            parameters,
-            spent,
-            scratch,
-            team,
-            crossing,
-        )
+        arrivals = finish_team(rank, n_ranks, arrivals, packing, stepping, spent, room, team, crossing)
     return n_steps, True

@@ -6,8 +6,8 @@ from math import expm1
 
 import numpy as np
 
-from rendulic.dem.kernels.arrays import BOUNDARY, FORCE, POSITION, RADIUS
 from rendulic.dem.kernels.contact_law import law_wall_stiffness
+from rendulic.dem.kernels.layout import GRAIN, SERVO, SPENT
 from rendulic.foundation.compiling import kernel
 
 
@@ -19,8 +19,8 @@ def press_walls(grains, walls, wall_contacts, begin, end, parameters, stiffness)
         c = np.uint64(at)
         i, w = np.uint64(wall_contacts.grain[c]), np.uint64(wall_contacts.wall[c])
         side = 1.0 if w & np.uint64(1) == 0 else -1.0  # the wall pushes the grain along +axis or -axis
-        r = row[i, RADIUS]
-        overlap = r - side * (row[i, np.uint64(POSITION) + (w >> np.uint64(1))] - walls.position[w])
+        r = row[i, GRAIN.radius]
+        overlap = r - side * (row[i, np.uint64(GRAIN.position) + (w >> np.uint64(1))] - walls.position[w])
         k_n = law_wall_stiffness(r, parameters)
         closed = overlap > 0.0
         wall_contacts.force[c] = k_n * overlap if closed else 0.0
@@ -32,7 +32,7 @@ def push_from_wall(row, wall_contacts, c):
     """Add the force of a wall to the grain of wall contact `c`."""
     i, w = np.uint64(wall_contacts.grain[c]), np.uint64(wall_contacts.wall[c])
     pressing = wall_contacts.force[c]
-    row[i, np.uint64(FORCE) + (w >> np.uint64(1))] += pressing if w & np.uint64(1) == 0 else -pressing
+    row[i, np.uint64(GRAIN.force) + (w >> np.uint64(1))] += pressing if w & np.uint64(1) == 0 else -pressing
 
 
 @kernel
@@ -129,9 +129,9 @@ def servo_rates(walls, drive, dt, matrix, right, rates):
 
 
 @kernel
-def move_walls(walls, drive, dt, reference, reach, spent, scratch):
+def move_walls(walls, drive, dt, reference, reach, spent, room):
     """Move the walls as driven, with the first half of their work; whether all stay within `reach`."""
-    matrix, right, rates = scratch[:3], scratch[3], scratch[4]
+    matrix, right, rates = room[SERVO.matrix : SERVO.right], room[SERVO.right], room[SERVO.rates]
     servo_rates(walls, drive, dt, matrix, right, rates)
     within = True
     for axis in range(3):
@@ -140,10 +140,17 @@ def move_walls(walls, drive, dt, reference, reach, spent, scratch):
         inward = -0.5 * length * expm1(-rates[axis] * dt)
         walls.position[low] += inward
         walls.position[high] -= inward
-        spent[BOUNDARY] += 0.5 * inward * (walls.force[low] + walls.force[high])
-        scratch[5, axis] = inward
+        spent[SPENT.boundary] += 0.5 * inward * (walls.force[low] + walls.force[high])
+        room[SERVO.inward, axis] = inward
         if not (
             abs(walls.position[low] - reference[low]) <= reach and abs(walls.position[high] - reference[high]) <= reach
         ):
             within = False
     return within
+
+
+@kernel
+def add_wall_work(walls, spent, room):
+    """The second half of the work of the walls, done by the forces at the new positions."""
+    for axis in range(3):
+        spent[SPENT.boundary] += 0.5 * room[SERVO.inward, axis] * (walls.force[2 * axis] + walls.force[2 * axis + 1])

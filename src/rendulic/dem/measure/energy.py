@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.dem.kernels.arrays import BOUNDARY, DAMPING, FRICTION
 from rendulic.dem.kernels.compiled import kernels_for
+from rendulic.dem.kernels.layout import SPENT
 
 if TYPE_CHECKING:
     from rendulic.dem.assembly import Assembly
@@ -64,7 +64,7 @@ def energies(assembly: Assembly) -> dict[str, float]:
     return {
         "kinetic": sum(kinetic_energy(assembly)),
         "elastic": elastic_energy(assembly),
-        "friction": float(assembly.spent[FRICTION]),
-        "damping": float(assembly.spent[DAMPING]),
-        "boundary": float(assembly.spent[BOUNDARY]),
+        "friction": float(assembly.spent[SPENT.friction]),
+        "damping": float(assembly.spent[SPENT.damping]),
+        "boundary": float(assembly.spent[SPENT.boundary]),
     }

@@ -54,8 +54,8 @@ class Equilibrium:
 
 def unbalanced_force(assembly: Assembly) -> float:
     """Mean |resultant on a grain| over mean |contact force|; infinite without contacts."""
-    force = assembly.contacts.force
-    closed = force[force[:, 0] > 0]
+    contacts = assembly.contacts
+    closed = contacts.force[contacts.force_n > 0]
     walls = assembly.wall_contacts.force
     total = np.sqrt((closed**2).sum(axis=1)).sum() + walls.sum()
     n_contacts = len(closed) + int((walls > 0).sum())

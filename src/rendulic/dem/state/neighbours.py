@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from rendulic.dem.kernels.arrays import Contacts, Grains, WallContacts, Walls
+from rendulic.dem.kernels.layout import N_CONTACT
 from rendulic.dem.kernels.neighbours import candidate_pairs, carry_history, wall_candidates
 from rendulic.foundation.errors import UnstableTimeStep
 
@@ -65,7 +66,7 @@ def find_contacts(
         )
     level, sizes = size_levels(radius, margin, float(np.prod(high - low)))
     first, second = candidate_pairs(position, radius, margin, level, sizes, low.copy(), high.copy())
-    force = np.zeros((len(first), 4))
+    force = np.zeros((len(first), N_CONTACT))
     if contacts is not None:
         force, lost = carry_history(contacts.first, contacts.second, contacts.force, first, second)
         if lost:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from rendulic.dem.kernels.arrays import Contacts, Grains, WallContacts, Walls, aligned_rows
+from rendulic.dem.kernels.arrays import Contacts, Grains, WallContacts, Walls, aligned_rows, servo_room
 from rendulic.dem.laws import LAWS, ContactLaw
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.specimen.state import State
@@ -61,7 +59,7 @@ def restore(assembly: Assembly, state: State) -> None:
             "wall_contacts": WallContacts(**groups["wall_contacts"]),
             **{name: state.arrays[name].copy() for name in ARRAYS},
             **{name: state.attributes[name] for name in NUMBERS},
-            "_scratch": np.zeros((6, 3)),
+            "_scratch": servo_room(),
         }
     except (KeyError, TypeError) as error:
         raise CorruptFile(f"the state lacks what an assembly of this version needs: {error}") from None
