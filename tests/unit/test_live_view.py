@@ -13,10 +13,11 @@ import urllib.request
 from threading import Thread
 
 import pytest
-from rendulic.report.findings import Findings
 
 from rendulic.foundation.errors import InvalidInput
 from rendulic.report.live import LiveView
+from rendulic.report.page import sections
+from rendulic.study.execution.campaign import results_in
 
 COMMAND = "from rendulic.cli.main import run; run()"
 
@@ -47,20 +48,18 @@ def test_it_tells_how_far_the_study_is(live, reported_study):
     """Counts of each kind, in the order of the work."""
     status, headers, text = answer(live, "/status.json?again")
     told = json.loads(text)
-    wanted = Findings(reported_study).wanted
+    wanted = results_in(reported_study).wanted
     assert (status, headers["Content-Type"]) == (200, "application/json; charset=utf-8")
     assert (told["done"], told["total"], told["running"], told["failed"]) == (len(wanted), len(wanted), [], [])
-    assert {kind: total for kind, _, total in told["kinds"]}["state"] == 2
+    assert {kind: total for kind, _, total in told["kinds"]}["state"] == 3
 
 
 def test_it_draws_what_the_report_draws(live, reported_study):
     """The same data, figure by figure."""
-    from rendulic.report.loading import loading
-
     told = {figure["name"]: figure for figure in json.loads(answer(live, "/figures.json")[2])}
-    assert {"loading", "circles", "cones", "planes"} <= set(told)
-    data = loading(Findings(reported_study)).parts[0].data()
-    assert told["loading"]["families"] == json.loads(json.dumps(data["families"]))
+    assert {"fig1", "fig3", "cones", "fig9"} <= set(told)
+    (section,) = sections(results_in(reported_study), ("loading",))
+    assert told["fig1"]["families"] == json.loads(json.dumps(section.parts[0].data()["families"]))
 
 
 def test_only_this_machine_is_answered(live):

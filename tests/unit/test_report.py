@@ -11,21 +11,23 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from rendulic.report.circles import circles
-from rendulic.report.findings import Findings
 
 import rendulic as rd
 from rendulic.foundation.errors import CorruptFile, InvalidInput
-from rendulic.report import trust as trust_table
 from rendulic.report import write_report
-from rendulic.report.cones import cones
+from rendulic.report.draw import drawn
 from rendulic.report.figure import Figure, embedded, numbers
 from rendulic.report.page import render, sections
-from rendulic.report.specimen import specimen
-from rendulic.report.trust import checks, energy_error
+from rendulic.study.execution.campaign import results_in
 from rendulic.study.execution.status import status_of
+from rendulic.views import specimen as specimen_view
+from rendulic.views import trust as trust_view
+from rendulic.views.anatomy import most_negative
+from rendulic.views.catalogue import catalogue
+from rendulic.views.cones import cones
+from rendulic.views.trust import checks, energy_error
 
-ALL = ["run", "trust", "loading", "directions", "cones", "bursts", "anatomy", "specimen", "model"]
+ALL = ["cones", "directions", "bursts", "trust", "loading", "tests", "anatomy", "run"]
 STYLE = resources.files("rendulic.report").joinpath("templates", "style.css").read_text(encoding="utf-8")
 PALETTES = {
     name: dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6}|rgba\([^)]*\))", block))
@@ -41,17 +43,17 @@ EYES = {
 
 
 @pytest.fixture(scope="module")
-def findings(reported_study):
+def results(reported_study):
     """Of the finished study."""
-    return Findings(reported_study)
+    return results_in(reported_study)
 
 
 @pytest.fixture(scope="module")
-def page(findings):
+def page(results):
     """The text of the page, without the library in it."""
     from plotly.offline import get_plotlyjs
 
-    return render(findings).replace(get_plotlyjs(), "")
+    return render(results).replace(get_plotlyjs(), "")
 
 
 @pytest.fixture
@@ -60,22 +62,22 @@ def own_copy(reported_study, tmp_path):
     return shutil.copytree(reported_study, tmp_path / "own")
 
 
-def figures_of(findings):
-    return [part for section in sections(findings) for part in section.parts if isinstance(part, Figure)]
+def figures_of(results):
+    return [part for section in sections(results) for part in section.parts if isinstance(part, Figure)]
 
 
-def test_every_part_of_a_study_has_its_section(findings, page):
+def test_every_part_of_a_study_has_its_section(results, page):
     """In order, each with its anchor, and each figure with its data."""
     assert re.findall(r'<section id="(\w+)"', page) == ALL
-    names = [figure.name for figure in figures_of(findings)]
-    assert len(set(names)) == len(names) == 10
+    names = [figure.name for figure in figures_of(results)]
+    assert len(set(names)) == len(names) >= 12
     for name in names:
         assert json.loads(re.search(rf'id="data-{name}">(.*?)</script>', page).group(1))["families"]
 
 
-def test_the_file_is_one_and_small(findings, tmp_path):
+def test_the_file_is_one_and_small(results, tmp_path):
     """It is written where asked, and below the 15 MB allowed."""
-    path = write_report(findings.store.folder, tmp_path / "deep" / "page.html")
+    path = write_report(results.store.folder, tmp_path / "deep" / "page.html")
     assert 1e6 < path.stat().st_size < 15e6
     assert [each.name for each in path.parent.iterdir()] == ["page.html"]
 
@@ -106,12 +108,12 @@ def coloured(value, palette):
 
 
 @pytest.mark.parametrize("palette", PALETTES.values(), ids=["light", "dark"])
-def test_figures_are_what_plotly_draws(findings, palette):
+def test_figures_are_what_plotly_draws(results, palette):
     """Every frame of every figure passes plotly's own checks, with colours that the style sheet has."""
     import plotly.graph_objects as go
 
     drawn = 0
-    for figure in figures_of(findings):
+    for figure in figures_of(results):
         for frames in figure.data()["families"] if figure.drawn_by == "plot" else []:
             for frame in frames["frames"]:
                 go.Figure(coloured([*figure.fixed, *frame["data"]], palette), coloured(dict(figure.layout), palette))
@@ -121,119 +123,126 @@ def test_figures_are_what_plotly_draws(findings, palette):
         go.Figure([{"type": "scatter", "colour": "red"}])
 
 
-def test_circles_are_the_probes(findings):
+def part(results, name, kind=Figure):
+    """The first figure, or table, of a study figure in the page."""
+    return next(each for each in drawn(name, catalogue()[name].shown(results)) if isinstance(each, kind))
+
+
+def test_circles_are_the_probes(results):
     """The curve of each frame is W2n over alpha, closed, to the digits written; the table has its smallest."""
-    diagram, table = circles(findings).parts[:2]
-    chosen = findings.study.probes[0]
-    label = "loose, seed 2, strain probes 'circle' of 0.0002"
+    diagram, table = drawn("fig3", catalogue()["fig3"].shown(results))[:2]
+    label = "loose, seed 2, probes 'circle' of 0.0002"
     assert next(iter(diagram.families)) == label
-    for place, probes in findings.probes(chosen).items():
+    found = {state: data for (name, state), data in results.of("probes").items() if name == "circle"}
+    assert len(found) == 4  # of grains and of a sand
+    for state, probes in found.items():
         data = probes.sel(norm=2e-4)
-        trace = diagram.families[label][str(place)][-1]
+        own = label if state.specimen == "loose" else "hostun, e = 0.9, probes 'circle' of 0.0002"
+        trace = diagram.families[own][str(state)][-1]
         np.testing.assert_allclose(trace["r"][:-1], data.w2_normalised.values, rtol=1e-4)
         np.testing.assert_allclose(trace["theta"][:-1], data.alpha.values)
         assert (trace["r"][-1], trace["theta"][-1]) == (trace["r"][0], trace["theta"][0])
-        row = next(row for row in table.rows if row[0] == str(place) and "'circle' of 0.0002" in row[1])
+        row = next(row for row in table.rows if row[0] == str(state) and "'circle' of 0.0002" in row[1])
         assert float(row[2]) == pytest.approx(float(data.w2_normalised.min()), abs=5e-4)
         assert float(row[3]) == float(data.alpha[int(np.argmin(data.w2_normalised.values))])
 
 
-def test_the_sum_over_grains_lies_on_the_boundary(findings):
+def test_the_sum_over_grains_lies_on_the_boundary(results):
     """Circles on the line, as the identity has it, in every frame."""
-    macro_micro = circles(findings).parts[2]
-    for frames in macro_micro.families.values():
+    for frames in part(results, "fig4").families.values():
         for macro, micro, *_ in frames.values():
             np.testing.assert_allclose(micro["y"], macro["y"], rtol=2e-5)
 
 
-def test_cones_are_drawn_from_edge_to_edge(reported_study):
+def test_cones_are_drawn_from_edge_to_edge():
     """A bar for each sector, and a turn lower too where it goes beyond 360 degrees; the table says them."""
-    findings = Findings(reported_study)
-    (name, first), (_, last) = findings.cones
     sand = rd.ChangHicher().at(pressure=300e3, void_ratio=0.9)
     sand.load(rd.paths.drained_triaxial(0.3, until_eta=1.0))
     found = rd.instability_cone(sand, rd.directions.rendulic(10), 1e-7, 1)
     ((low, high),) = found.strain_sectors
     turned = replace(found, strain_sectors=((350.0, 385.0),))
-    findings.__dict__["cones"] = {(name, first): found, (name, last): turned}
-    figure, table = cones(findings).parts
-    traces = figure.families[f"strain probes '{name}'"][""]
-    bars = [(trace["y"][0], trace["y"][-1]) for trace in traces if trace.get("line", {}).get("width") == 9]
-    np.testing.assert_allclose(bars, [(low, high), (350.0, 385.0), (-10.0, 25.0)], rtol=1e-4)
+    figure, table = drawn("cones", {"": cones({"a": found, "b": turned})})
+    bars = next(trace for trace in figure.families[""][""] if trace["type"] == "bar")
+    ends = [(base, base + width) for base, width in zip(bars["base"], bars["x"], strict=True)]
+    np.testing.assert_allclose(sorted(ends), sorted([(low, high), (350.0, 385.0), (-10.0, 25.0)]), rtol=1e-4)
     assert high - low > 5.0
-    assert [row[2].split()[0] for row in table.rows] == [f"{low:.4g}", "350"]
+    assert [row[1].split()[0] for row in table.rows] == [f"{low:.4g}", "350"]
 
 
-def verdicts(findings):
-    return {check.question: check for check in checks(findings)}
+def verdicts(results):
+    return {check.question: check for check in checks(results)}
 
 
-def test_verdicts_are_those_of_the_limits(findings, monkeypatch):
+def test_verdicts_are_those_of_the_limits(results, monkeypatch):
     """The identity holds to rounding; against a limit of nothing it does not, and the worst is named."""
-    question = "Is W2 of contacts and grains that of the boundary?"
-    assert verdicts(findings)[question].verdict == "good"
-    residuals = [
-        float(findings.probes(chosen)[place].identity_residual.max())
-        for chosen in findings.study.probes
-        for place in findings.probes(chosen)
-    ]
-    residuals += [float(cone.probes.identity_residual.max()) for cone in findings.cones.values()]
-    monkeypatch.setitem(trust_table.LIMITS, "identity", 0.5 * max(residuals))
-    part = verdicts(findings)[question]
+    question = "Is W2 of contacts and grains equal to W2 of the boundary?"
+    assert verdicts(results)[question].verdict == "good"
+    every = [*results.of("probes").values(), *(cone.probes for cone in results.cones.values())]
+    residuals = [float(probes.identity_residual.max()) for probes in every if "identity_residual" in probes]
+    monkeypatch.setitem(trust_view.LIMITS, "identity", 0.5 * max(residuals))
+    part = verdicts(results)[question]
     assert part.verdict == "doubtful"
     assert part.measured == f"residual {max(residuals):.2g}"
-    monkeypatch.setitem(trust_table.LIMITS, "identity", 0.0)
-    assert verdicts(findings)[question].verdict == "bad"
+    monkeypatch.setitem(trust_view.LIMITS, "identity", 0.0)
+    assert verdicts(results)[question].verdict == "bad"
 
 
-def test_fast_loading_is_called_so(findings):
+def test_fast_loading_is_called_so(results):
     """The study was sheared at 5e-4, beyond the limit of 1e-4."""
-    check = verdicts(findings)["Was the loading quasi-static?"]
-    largest = max(float(curve.inertial_number.max()) for curve in findings.curves.values())
+    check = verdicts(results)["Was the loading of the grains quasi-static?"]
+    largest = float(results.whole_curve(results.samples[0]).inertial_number.max())
     assert (check.verdict, check.measured) == ("bad", f"inertial number {largest:.2g}")
 
 
-def test_a_moving_state_is_not_at_rest(reported_study):
+def test_a_moving_state_is_not_at_rest(reported_study, monkeypatch):
     """One grain of one state is set in motion: this state is named."""
-    findings = Findings(reported_study)
-    question = "Were the states at rest when probed?"
-    assert verdicts(findings)[question].verdict == "good"
-    place = findings.places[0]
-    findings.states[place].grains.velocity[0] = 1.0
-    check = verdicts(findings)[question]
-    assert (check.verdict, check.where) == ("doubtful", f"not in {place}")
+    results = results_in(reported_study)
+    question = "Were the grains at rest when probed?"
+    assert verdicts(results)[question].verdict == "good"
+    first = results.states[0]
+    read = results.state
+
+    def moving(state):
+        specimen = read(state)
+        if state == first:
+            specimen.grains.velocity[0] = 1.0
+        return specimen
+
+    monkeypatch.setattr(results, "state", moving)
+    check = verdicts(results)[question]
+    assert (check.verdict, check.where) == ("doubtful", f"not in {first}")
 
 
-def test_lost_energy_is_missed(findings):
+def test_lost_energy_is_missed(results):
     """Of work that friction took and nobody counted, the whole is missing."""
-    from rendulic.dem.measure.energy import energies
-
-    place = findings.places[-1]
-    state, before = findings.states[place], energies(findings.results.specimen(*place[:2]))
-    error = energy_error(before, state)
-    friction = energies(state)["friction"] - before["friction"]
-    largest = max(abs(energies(state)[name] - before[name]) for name in before)
+    last = next(state for state in reversed(results.states) if state.specimen == "loose")
+    now, before = results.state(last).energies(), results.sample(last.sample).energies()
+    error = energy_error(before, now)
+    friction = now["friction"] - before["friction"]
+    largest = max(abs(now[name] - before[name]) for name in before)
     assert error < 1e-2
     forgotten = before | {"friction": before["friction"] + friction}
-    assert energy_error(forgotten, state) == pytest.approx(friction / largest, abs=2 * error)
+    assert energy_error(forgotten, now) == pytest.approx(friction / largest, abs=2 * error)
 
 
 def test_what_is_missing_is_said(own_copy):
     """A section without data is not there, units taken away are named, and so is a failure with its reason."""
-    full = Findings(own_copy)
-    gone = [*full.plan.bursts.values(), *full.plan.dissections.values(), full.plan.probes["circle", full.places[0]][0]]
+    full = results_in(own_copy)
+    first = full.states[0]
+    gone = [unit for table in ("bursts", "anatomy") for units in full.plan.of(table).values() for unit in units]
+    gone.append(full.plan.of("probes")["circle", first][0])
     for unit in gone:
         full.store.remove(unit.key)
     failed = gone[0]
     full.store.note_failure(failed.key, failed.label, "it fell <over>", True)
-    part = Findings(own_copy)
-    found = {section.name: section for section in sections(part)}
+    left = results_in(own_copy)
+    found = {section.name: section for section in sections(left)}
     assert set(found) == {*ALL, "missing"} - {"bursts"}
     assert {row[0]: row[1] for row in found["missing"].parts[0].rows} == {
         unit.label: "failed" if unit is failed else "missing" for unit in gone
     }
-    assert "it fell &lt;over&gt;" in render(part)
-    assert "circle" not in {chosen.name for chosen, places in part.circles() if full.places[0] in places}
+    assert "it fell &lt;over&gt;" in render(left)
+    assert ("circle", first) not in left.of("probes")
     status = status_of(own_copy)
     assert (status.done, status.total) == (len(full.done) - len(gone), len(full.wanted))
     assert {unit.label for unit in status.missing} == {unit.label for unit in gone if unit is not failed}
@@ -242,44 +251,44 @@ def test_what_is_missing_is_said(own_copy):
 def test_nothing_finished_is_a_report_too(own_copy):
     """Everything is missing, and said to be."""
     shutil.rmtree(own_copy / "units")
-    assert [section.name for section in sections(Findings(own_copy))] == ["run", "missing"]
-    assert f"0 of {len(Findings(own_copy).wanted)} units finished" in render(Findings(own_copy))
+    assert [section.name for section in sections(results_in(own_copy))] == ["run", "missing"]
+    assert f"0 of {len(results_in(own_copy).wanted)} units finished" in render(results_in(own_copy))
 
 
-def test_large_specimens_are_reduced_to_the_work(findings, monkeypatch):
+def test_large_specimens_are_reduced_to_the_work(results, monkeypatch):
     """What is kept are the contacts of the largest work, and the caption says so."""
-    from rendulic.report import specimen as module
-
-    whole = findings.dissection
-    monkeypatch.setattr(module, "MOST_CONTACTS", 20)
-    monkeypatch.setattr(module, "MOST_GRAINS", 30)
-    figure = specimen(findings).parts[0]
+    _, whole = most_negative(results)
+    monkeypatch.setattr(specimen_view, "MOST_CONTACTS", 20)
+    monkeypatch.setattr(specimen_view, "MOST_GRAINS", 30)
+    figure = part(results, "specimen")
     data = figure.families[""][""][0]
     largest = np.sort(np.abs(whole.w2.values))[::-1][:20]
     np.testing.assert_allclose(np.abs(data["contacts"]["w2"]), largest, rtol=1e-2)
     assert len(data["grains"]["r"]) == 30
-    assert "of which the 30 and 20 of the largest work are kept here" in figure.caption
+    assert "of which the 30 and 20 of the largest work are shown" in figure.caption
 
 
-def test_without_a_dissection_there_are_forces(own_copy):
-    """The last state is shown, and why it has no work."""
-    findings = Findings(own_copy)
-    for unit in findings.plan.dissections.values():
-        findings.store.remove(unit.key)
-    findings = Findings(own_copy)
-    figure = specimen(findings).parts[0]
-    snapshot = findings.states[findings.places[-1]].snapshot()
+def test_without_an_anatomy_there_are_forces(own_copy):
+    """The last state of grains is shown, and why it has no work."""
+    results = results_in(own_copy)
+    for units in results.plan.of("anatomy").values():
+        results.store.remove(units[0].key)
+    results = results_in(own_copy)
+    figure = part(results, "specimen")
+    last = next(state for state in reversed(results.states) if state.specimen == "loose")
+    snapshot = results.state(last).snapshot()
     forces = figure.families[""][""][0]["contacts"]["force"]
     assert not figure.families[""][""][0]["hasWork"]
-    np.testing.assert_allclose(sorted(forces), sorted(snapshot.force_n / snapshot.force_n.mean()), rtol=1e-2, atol=1e-9)
+    of_pairs = snapshot.force_n[snapshot.second < snapshot.n_grains]
+    np.testing.assert_allclose(sorted(forces), sorted(snapshot.force_n / of_pairs.mean()), rtol=1e-2, atol=1e-9)
 
 
 def test_errors_are_sentences(own_copy, tmp_path):
     """A folder that is no study; a damaged result."""
     with pytest.raises(InvalidInput, match="is not the folder of a study"):
         write_report(tmp_path)
-    findings = Findings(own_copy)
-    path = findings.store.file(next(iter(findings.plan.states.values())).key)
+    results = results_in(own_copy)
+    path = results.store.file(next(iter(results.plan.states.values())).key)
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(CorruptFile):
         write_report(own_copy)

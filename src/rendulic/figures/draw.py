@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from functools import singledispatch
+from functools import cache, singledispatch
+from importlib import import_module
+from pkgutil import iter_modules
 
 from matplotlib.figure import Figure
 
+import rendulic.figures
 from rendulic.foundation.errors import InvalidInput
 from rendulic.views.view import View
 
@@ -21,6 +24,15 @@ def draw(view: View) -> Figure:
     InvalidInput
         If no file of this folder draws it.
     """
-    raise InvalidInput(
-        f"nothing in rendulic.figures draws a {type(view).__name__}: register a function with @draw.register"
-    )
+    _load_all()
+    if draw.dispatch(type(view)) is draw.dispatch(object):
+        raise InvalidInput(
+            f"nothing in rendulic.figures draws a {type(view).__name__}: register a function with @draw.register"
+        )
+    return draw(view)
+
+
+@cache
+def _load_all() -> None:
+    for module in iter_modules(rendulic.figures.__path__):
+        import_module(f"rendulic.figures.{module.name}")

@@ -66,10 +66,10 @@ def _tables(family: Mapping[str, View]) -> list[Table]:
             made.append(first)
             continue
         made.append(Table(
-            first.caption, (first.heads[0], "of", *first.heads[1:]),
+            first.caption, (first.heads[0], "set", *first.heads[1:]),
             [(row[0], label, *row[1:]) for label, table in tables for row in table.rows],
             goes_to=[state for _, table in tables for state in table.goes_to],
             marks=[mark for _, table in tables for mark in table.marks],
-            marked=first.marked + 1, filter_by="of" if len(tables) > 2 else first.filter_by,
+            marked=first.marked + 1, filter_by="set" if len(tables) > 2 else first.filter_by,
         ))  # fmt: skip
     return made

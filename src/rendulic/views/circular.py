@@ -142,7 +142,7 @@ def _table(curves: tuple[Around, ...]) -> Table:
     for one in curves:
         work, sure = float(one.w2_normalised[one.smallest]), bool(one.is_significant[one.smallest])
         rows.append((
-            one.label, f"{work:+.3f}", f"{one.alpha[one.smallest]:g}", str(int((one.w2_normalised < 0.0).sum())),
+            one.state or one.label, f"{work:+.3f}", f"{one.alpha[one.smallest]:g}", str(int((one.w2_normalised < 0.0).sum())),
             "yes" if sure else "no",
         ))  # fmt: skip
         marks.append("doubtful" if not sure else "bad" if work < 0.0 else "")
