@@ -155,3 +155,20 @@ def test_directions_lie_all_around_and_within_every_sector():
     assert set(np.arange(0.0, 360.0, 60.0)) < set(alpha)
     inside = alpha[(alpha > first) & (alpha < last)]
     assert np.allclose((inside[inside % 60.0 > 0.0] - first) / (last - first), [0.25, 0.5, 0.75])
+
+
+def test_sets_that_have_the_same_state_are_all_shown(done):
+    """The first in the figures; the others in the report, by their name."""
+    folder, _ = done
+    again = [
+        {"name": "finer", "specimens": ["sand"], "eta": [1.0], "norm": 1e-7, "step_deg": 10.0},
+        {"name": "finer", "cones": "finer", "norm": 1e-9, "step_deg": 120.0},
+    ]
+    two = TINY | {"cones": [*TINY["cones"], again[0]], "bursts": [*TINY["bursts"], again[1]]}
+    run_study(Study.model_validate(two), folder)
+    results = results_in(folder)
+    families = catalogue()["cones"].shown(results)
+    assert [row.label for row in families["cones 'finer'"].rows] == ["sand, e = 0.9, eta = 1"]
+    assert "cones 'sand'" not in families
+    last = catalogue()["bursts"].shown(results)["all states"].panels[-1]
+    assert (last.label, last.state) == ("sand, e = 0.9, eta = 1, bursts 'finer'", "sand, e = 0.9, eta = 1")

@@ -158,8 +158,8 @@ def map_of_study(results: Results) -> Mapping[str, View]:
     asked = list(
         dict.fromkeys(state for _, state in results.plan.of("cones") if state is not None and state.eta is not None)
     )
-    there = {state.specimen for state in results.cones}
-    states = [state for state in asked if state.specimen in there]
+    there = {state.sample for state in results.cones}
+    states = [state for state in asked if state.sample in there]
     if not states:
         return {}
     names = list(dict.fromkeys(state.specimen for state in states))

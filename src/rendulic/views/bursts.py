@@ -48,17 +48,20 @@ class BurstsOfState:
     Parameters
     ----------
     label : str
-        Of the state.
+        Of its panel.
     table : xarray.Dataset
         From `rd.bursts`.
     agrees, counted : (n,) arrays of bool
         Whether each direction agrees with its prediction, and whether it is counted; see `rd.agreement`.
+    state : str
+        Which state it is, for figures that move together.
     """
 
     label: str
     table: xr.Dataset
     agrees: np.ndarray
     counted: np.ndarray
+    state: str
 
     @property
     def is_watched(self) -> bool:
@@ -84,7 +87,9 @@ class PredictedObserved(View):
     panels: tuple[BurstsOfState, ...]
 
 
-def predicted_observed(tables: Mapping[str, xr.Dataset], title: str = "") -> PredictedObserved:
+def predicted_observed(
+    tables: Mapping[str, xr.Dataset], title: str = "", states: Mapping[str, str] | None = None
+) -> PredictedObserved:
     """Predicted and observed failure of every state and direction, in tables, too.
 
     Parameters
@@ -93,8 +98,12 @@ def predicted_observed(tables: Mapping[str, xr.Dataset], title: str = "") -> Pre
         From `rd.bursts`; the directions may differ.
     title : str
         Above.
+    states : mapping of label to str, optional
+        The state of each label, where the label does not name it.
     """
-    panels = tuple(BurstsOfState(label, table, *judged(table)) for label, table in tables.items())
+    panels = tuple(
+        BurstsOfState(label, table, *judged(table), (states or {}).get(label, label)) for label, table in tables.items()
+    )
     if not panels:
         raise InvalidInput("a figure of bursts needs the table of one state at least, got none")
     kinds = {
@@ -169,7 +178,7 @@ def _summary(kind: str, ones: list[BurstsOfState]) -> Table:
         rows.append(("all", *map(str, total), f"{total[1::2].sum()} of {total[::2].sum()}", *([""] if watched else [])))
         marks.append("")
     heads = (*HEADS, "energy balance error") if watched else HEADS
-    goes_to = [*(one.label for one in ones), *([""] if len(ones) > 1 else [])]
+    goes_to = [*(one.state for one in ones), *([""] if len(ones) > 1 else [])]
     return Table(f"How many directions agree: {kind}", heads, rows, goes_to=goes_to, marks=marks, marked=7)
 
 
@@ -184,6 +193,7 @@ def _disagreements(kind: str, panels: list[BurstsOfState]) -> Table:
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
     marks: list[Mark] = []
+    goes_to: list[str] = []
     for panel in panels:
         for k in np.flatnonzero(~panel.agrees):
             one = panel.table.isel(alpha=int(k))
@@ -194,8 +204,9 @@ def _disagreements(kind: str, panels: list[BurstsOfState]) -> Table:
                 way, panel.judgement(int(k)),
             ))  # fmt: skip
             marks.append(_mark(panel, int(k)))
+            goes_to.append(panel.state)
     caption = f"Against the prediction, counted or not: {kind}"
-    return Table(caption, heads, rows, goes_to=[row[0] for row in rows], marks=marks, marked=9)
+    return Table(caption, heads, rows, goes_to=goes_to, marks=marks, marked=9)
 
 
 def _every(kind: str, panels: list[BurstsOfState]) -> Table:
@@ -226,11 +237,14 @@ def _mark(panel: BurstsOfState, k: int) -> Mark:
 def bursts_of_study(results: Results) -> Mapping[str, View]:
     """All states, and the curves of the state of grains in which most bursts failed."""
     found: dict[str, tuple[xr.Dataset, Mapping[float, xr.Dataset]]] = {}
-    for (_, state), (table, curves) in results.of("bursts").items():
-        found.setdefault(str(state), (table, curves))
+    states: dict[str, str] = {}
+    for (name, state), parts in results.of("bursts").items():
+        label = f"{state}, bursts '{name}'" if str(state) in found else str(state)
+        found[label], states[label] = parts, str(state)
     if not found:
         return {}
-    view = predicted_observed({state: table for state, (table, _) in found.items()}, "Bursts, predicted and observed")
+    tables = {label: table for label, (table, _) in found.items()}
+    view = predicted_observed(tables, "Bursts, predicted and observed", states)
     made: dict[str, View] = {"bursts": view}
     watched = [one for one in view.panels if one.is_watched]
     if watched:

@@ -16,7 +16,7 @@ from rendulic.views.view import Mark, Table, View
 
 if TYPE_CHECKING:
     from rendulic.probing.cone import Cone
-    from rendulic.study.ids import SampleId
+    from rendulic.study.ids import SampleId, StateId
     from rendulic.study.plan import Plan
     from rendulic.study.results import Results
     from rendulic.study.store.unit import Unit
@@ -147,10 +147,19 @@ def cones_of_study(results: Results) -> Mapping[str, View]:
 
 
 def _families(results: Results) -> Mapping[str, View]:
-    """Cones of all states; circular diagrams of those samples whose only probes are those of their cones."""
+    """Cones of all states, and of further sets that have some of them, too; circular diagrams of those samples whose only
+    probes are those of their cones.
+    """
     if not results.cones:
         return {}
     made: dict[str, View] = {"all states": _all_cones(results)}
+    seen: set[StateId | None] = set()
+    for name, chosen in results.sets("cones").items():
+        own = [state for own, state in results.of("cones") if own == name and state is not None]
+        if seen & set(own):
+            found = {str(state): results.cone(name, state) for state in own}
+            made[f"cones '{name}'"] = cones(found, f"Cones '{name}', strain probes of norm {chosen.norm:g}")
+        seen |= set(own)
     probed = {sample for _, sample, _ in in_the_plane(results)}
     for sample in dict.fromkeys(state.sample for state in results.cones if state.sample not in probed):
         states = [state for state in results.cones if state.sample == sample]
