@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["bifurcation_map"]
 
+WIDEST = 50  # characters of a line that fits a panel
 ASIDE = 0.12  # of the distance of two states: how far the samples of a specimen are drawn apart in all
 
 
@@ -52,7 +54,7 @@ def bifurcation_map(maps: Mapping[str, xr.Dataset], title: str = "") -> Figure:
 @draw.register(BifurcationMap)
 def _map(view: BifurcationMap) -> Figure:
     count = len(view.panels)
-    figure = new_figure(0.9 + 2.6 * max(count, 2), 4.9)
+    figure = new_figure(0.9 + 2.6 * max(count, 2), 5.1)
     with mpl.rc_context(RC):
         grid = figure.subplots(2, count, sharex="col", sharey="row", squeeze=False, height_ratios=(3, 1.7))
         for (upper, lower), panel in zip(grid.T, view.panels, strict=True):
@@ -61,7 +63,7 @@ def _map(view: BifurcationMap) -> Figure:
         upper = grid[0, 0]
         upper.set_ylim(view.low, view.high)
         direction_ticks(upper.yaxis, view.low, view.high)
-        upper.set_ylabel(r"direction of strain increment $\alpha$  [deg]")
+        upper.set_ylabel(r"direction of strain $\alpha$  [deg]")
         grid[1, 0].set_ylabel(r"smallest $W_{2n}$")
         landmarks(grid[0], view.low, view.high, upright=False)
         figure.suptitle(view.title, x=0.02, ha="left")
@@ -75,7 +77,7 @@ def _panel(upper: Axes, lower: Axes, panel: MapPanel, view: BifurcationMap) -> N
     shifts = np.linspace(-0.5, 0.5, len(panel.samples)) * apart
     for one, colour, shift in zip(panel.samples, colours, shifts, strict=True):
         draw_track(upper, one.track, view.low, view.high, colour, float(shift))
-        draw_smallest(lower, one.track, colour, label=f"{one.track.label}: {_mathematics(one.words)}")
+        draw_smallest(lower, one.track, colour, label=_wrapped(f"{one.track.label}: {one.words}"))
         if one.first is None:
             continue
         at, before, after = one.first
@@ -86,9 +88,14 @@ def _panel(upper: Axes, lower: Axes, panel: MapPanel, view: BifurcationMap) -> N
         say_none(upper, 0.5, "axes fraction")
     if several:
         lower.legend(loc="upper left", bbox_to_anchor=(-0.05, -0.35), fontsize=7, borderpad=0.0)
-    words = f"{len(panel.samples)} samples" if several else _mathematics(panel.samples[0].words)
-    upper.set_title(f"{panel.label}\n", loc="left")
+    words = f"{len(panel.samples)} samples" if several else _wrapped(panel.samples[0].words)
+    upper.set_title(panel.label + "\n" * (1 + words.count("\n")), loc="left")
     upper.annotate(words, (0.0, 1.03), xycoords="axes fraction", fontsize=8, color=GREY)
+
+
+def _wrapped(words: str) -> str:
+    """In lines as wide as a panel, symbols as in formulas."""
+    return "\n".join(_mathematics(line) for line in wrap(words, WIDEST))
 
 
 def _mathematics(words: str) -> str:
