@@ -137,7 +137,7 @@ def stacked(one: rd.dem.Assembly, copies: int) -> rd.dem.Assembly:
     pitch = high - low + float(overlap.mean())
     position, pairs, forces = [], [], []
     for copy in range(copies):
-        x, f = grains.position.copy(), held.force[:, 1:].copy()
+        x, f = grains.position.copy(), held.force_t.copy()
         if copy % 2:
             x[:, 0] = low + high - x[:, 0]
             f[:, 0] *= -1.0
@@ -261,7 +261,7 @@ class Peer:
 
 def write_for_peers(sample: rd.dem.Assembly, path: Path) -> None:
     """Positions, radii, walls, law and tangential forces of closed contacts, for the peers' inputs."""
-    grains, closed = sample.grains, sample.contacts.force[:, 0] > 0
+    grains, closed = sample.grains, sample.contacts.force_n > 0
     np.savez(
         path,
         position=grains.position,
@@ -275,7 +275,7 @@ def write_for_peers(sample: rd.dem.Assembly, path: Path) -> None:
         friction=LAW.friction,
         first=sample.contacts.first[closed],
         second=sample.contacts.second[closed],
-        tangential=sample.contacts.force[closed, 1:],
+        tangential=sample.contacts.force_t[closed],
     )
 
 

@@ -142,7 +142,7 @@ def test_wall_force(rule, wall):
 def test_open_contact_forgets():
     """A contact that opened carries nothing when it closes again, and no tension while open."""
     sample, normal = pair(0.01, 0.01, 1e-5)
-    sample.contacts.force[0, 1:] = np.cross(normal, [0.0, 0.0, 20.0])
+    sample.contacts.force_t[0] = np.cross(normal, [0.0, 0.0, 20.0])
     kernels = kernels_for(sample.law)
     start = sample.grains.position[1].copy()
     for away in (2.1e-5, 0.0):
@@ -185,7 +185,9 @@ def test_shear_is_elastic_then_slides_at_exactly_mu_fn(rule):
     assert_allclose(history[:49, 1:], -k_t * distance[:49, None] * direction, rtol=0, atol=1e-13 * limit)
     assert_allclose(np.linalg.norm(history[51:, 1:], axis=1), friction * history[51:, 0], rtol=1e-14)
     assert_allclose(history[51:, 1:], -np.outer(friction * history[51:, 0], direction), rtol=0, atol=1e-13 * limit)
-    assert_allclose(sample.spent[SPENT.friction], limit * (distance[-1] - limit / k_t), rtol=0, atol=1e-8 * limit * slip)
+    assert_allclose(
+        sample.spent[SPENT.friction], limit * (distance[-1] - limit / k_t), rtol=0, atol=1e-8 * limit * slip
+    )
     # torques of the tangential force at the contact point, both in the same sense
     arms = np.array(radii) - overlap / 2
     assert_allclose(sample.grains.torque, -arms[:, None] * np.cross(normal, history[-1, 1:]), rtol=1e-13)
@@ -216,7 +218,7 @@ def test_gears_do_not_slip():
         kernels = kernels_for(sample.law)
         kernels.contact_forces(sample.grains, sample.contacts, 1e-7, sample.law.parameters, sample.spent)
         expected = k_t * slip * 1e-7 * np.cross(axis, normal)
-        assert_allclose(sample.contacts.force[0, 1:], expected, rtol=1e-12, atol=1e-12)
+        assert_allclose(sample.contacts.force_t[0], expected, rtol=1e-12, atol=1e-12)
 
 
 def rotated_force(axis, force, angle, n_steps):
@@ -224,7 +226,7 @@ def rotated_force(axis, force, angle, n_steps):
     # soft: chords and normals of different instants slip by the angle squared, which is not the claim
     sample, normal = pair(0.01, 0.015, 1e-5, friction=1e9, modulus=1e3)
     centre, start = sample.grains.position.mean(axis=0), sample.grains.position - sample.grains.position.mean(axis=0)
-    sample.contacts.force[0, 1:] = force(normal)
+    sample.contacts.force_t[0] = force(normal)
     kernels = kernels_for(sample.law)
     axis = axis(normal)
     dt, rate = 1e-6, angle / n_steps / 1e-6
@@ -234,7 +236,7 @@ def rotated_force(axis, force, angle, n_steps):
         sample.grains.position[:] = turned
         sample.grains.angular_velocity[:] = rate * axis
         kernels.contact_forces(sample.grains, sample.contacts, dt, sample.law.parameters, sample.spent)
-    return sample.contacts.force[0, 1:].copy(), turn(force(normal)[None], axis, angle)[0]
+    return sample.contacts.force_t[0].copy(), turn(force(normal)[None], axis, angle)[0]
 
 
 def turn(vectors, axis, angle):

@@ -76,7 +76,7 @@ def test_tangential_oscillation_is_of_second_order(straining):
         sample.advance(count, straining())
         expected = 0.42 * 2 * K * R * slip_rate / omega * np.sin(omega * duration)
         steps.append(sample.time_step)
-        errors.append(abs(np.linalg.norm(sample.contacts.force[0, 1:]) - abs(expected)))
+        errors.append(abs(np.linalg.norm(sample.contacts.force_t[0]) - abs(expected)))
     assert slope(steps, errors) == pytest.approx(2.0, abs=0.1)
 
 

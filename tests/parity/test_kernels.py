@@ -36,8 +36,8 @@ def agitated(seed, rule, friction, n=45):
         np.array(position), radius, [0, side] * 3, law=law, damping=0.3,
         velocity=0.5 * rng.standard_normal((n, 3)), angular_velocity=50 * rng.standard_normal((n, 3)),
     )  # fmt: skip
-    closed = sample.contacts.force[:, 0] > 0
-    sample.contacts.force[closed, 1:] = 30.0 * rng.standard_normal((closed.sum(), 3))
+    closed = sample.contacts.force_n > 0
+    sample.contacts.force_t[closed] = 30.0 * rng.standard_normal((closed.sum(), 3))
     return sample
 
 

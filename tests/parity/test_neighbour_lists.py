@@ -59,11 +59,11 @@ def test_one_giant_among_dust():
 def test_history_follows_its_pair(packed):
     """Forces of closed contacts find their pair in a new list of any margin, to the bit."""
     old = packed.contacts
-    closed = old.force[:, 0] > 0
+    closed = old.force_n > 0
     for margin in (1e-4, 5e-3):
         new, _ = find_contacts(packed.grains, packed.walls, old, margin)
         assert len(new.first) != len(old.first)
-        kept = new.force[:, 0] > 0
+        kept = new.force_n > 0
         np.testing.assert_array_equal(new.first[kept], old.first[closed])
         np.testing.assert_array_equal(new.second[kept], old.second[closed])
         np.testing.assert_array_equal(new.force[kept], old.force[closed])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rendulic.dem.kernels.arrays import BLOCK, Contacts, Team
+from rendulic.dem.kernels.arrays import BLOCK, CACHE_LINE, Contacts, Team
 from rendulic.foundation.checks import whole_number
 from rendulic.foundation.cores import cores
 
@@ -90,7 +90,7 @@ def prepared(assembly: Assembly, n_threads: int) -> Prepared:
         again=np.zeros((n_threads, n_blocks)),
         friction=np.zeros(n_blocks),
         damping=np.zeros(-(-n // BLOCK)),
-        within=np.zeros(64 * n_threads, np.bool_),
+        within=np.zeros(CACHE_LINE * n_threads, np.bool_),
         arrived=np.zeros(1, np.int64),
     )
     crossing = tuple(Contacts(contacts.first[at], contacts.second[at], contacts.force[at]) for at in places)

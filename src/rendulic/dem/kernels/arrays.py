@@ -13,6 +13,7 @@ __all__ = [
     "aligned", "aligned_rows", "servo_room",
 ]  # fmt: skip
 
+CACHE_LINE = 64  # bytes
 BLOCK = 128  # grains or contacts whose losses are summed together, whatever the number of threads
 
 
@@ -24,7 +25,7 @@ class Grains(NamedTuple):
     of the contact forces at the present position, undamped.
     """
 
-    row: np.ndarray  # (n, 16), aligned to cache lines
+    row: np.ndarray  # (n, N_GRAIN), aligned to cache lines
     mass: np.ndarray  # (n,)
     inertia: np.ndarray  # (n,)
 
@@ -61,13 +62,14 @@ class Grains(NamedTuple):
 
 def aligned(count: int) -> np.ndarray:
     """So many numbers, with anything in them, that start on a cache line."""
-    buffer = np.empty(count + 8)
-    offset = -buffer.ctypes.data // 8 % 8
+    numbers = CACHE_LINE // 8
+    buffer = np.empty(count + numbers)
+    offset = -buffer.ctypes.data // 8 % numbers
     return buffer[offset : offset + count]
 
 
 def aligned_rows(values: np.ndarray) -> np.ndarray:
-    """A copy of (n, 16) `values` that starts on a cache line."""
+    """A copy of (n, N_GRAIN) `values` that starts on a cache line."""
     rows = aligned(values.size).reshape(values.shape)
     rows[:] = values
     return rows
@@ -87,7 +89,7 @@ class Contacts(NamedTuple):
 
     first: np.ndarray  # (n,) int32
     second: np.ndarray  # (n,) int32
-    force: np.ndarray  # (n, 4)
+    force: np.ndarray  # (n, N_CONTACT)
 
     @property
     def force_n(self) -> np.ndarray:
@@ -186,5 +188,5 @@ class Team(NamedTuple):
     wall_stiffness: np.ndarray  # (wall contacts,)
     friction: np.ndarray  # (blocks of contacts,) what friction took in this step
     damping: np.ndarray  # (blocks of grains,) what damping took in this step
-    within: np.ndarray  # (64 ranks,) bool, whether a rank's grains are where the list holds; a cache line each
+    within: np.ndarray  # (CACHE_LINE ranks,) bool, whether a rank's grains are where the list holds; a cache line each
     arrived: np.ndarray  # (1,) int64, arrivals at the barrier

@@ -8,6 +8,7 @@ the number of threads.
 
 from __future__ import annotations
 
+from rendulic.dem.kernels.arrays import CACHE_LINE
 from rendulic.dem.kernels.barrier import wait_for_all
 from rendulic.dem.kernels.contacts import forces_on, total
 from rendulic.dem.kernels.layout import SPENT
@@ -49,14 +50,14 @@ def advance_team(rank, n_ranks, n_steps, packing, drive, stepping, valid, spent,
         within = move_grains(grains, begin, end, dt, damping, valid.origin, valid.reach, team.damping)
         if rank == 0 and not move_walls(walls, drive, dt, valid.wall_origin, valid.reach, spent, room):
             within = False
-        team.within[64 * rank] = within
+        team.within[CACHE_LINE * rank] = within
         arrivals += n_ranks
         wait_for_all(team.arrived, arrivals)
         if rank == 0:
             for block in range(team.damping.shape[0]):
                 spent[SPENT.damping] += team.damping[block]
         for other in range(n_ranks):
-            if not team.within[64 * other]:
+            if not team.within[CACHE_LINE * other]:
                 return step, False
         arrivals = finish_team(rank, n_ranks, arrivals, packing, stepping, spent, room, team, crossing)
     return n_steps, True

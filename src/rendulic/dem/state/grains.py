@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rendulic.dem.kernels.arrays import Grains, aligned_rows
+from rendulic.dem.kernels.layout import N_GRAIN
 from rendulic.foundation.checks import finite_array, positive_number
 from rendulic.foundation.errors import InvalidInput
 
@@ -41,13 +42,12 @@ def make_grains(position, radius, density: float, velocity=None, angular_velocit
             f"radii must be positive; {int((radius <= 0).sum())} are not, the smallest is {radius[worst]:.3g} m (grain {worst})"
         )
     density = positive_number("density", density, "kg/m3")
-    motion = [
-        np.zeros((n, 3)) if value is None else finite_array(name, value, (n, 3))
-        for name, value in (("velocity", velocity), ("angular_velocity", angular_velocity))
-    ]
-    position = finite_array("position", position, (n, 3))
-    rows = aligned_rows(np.column_stack((position, radius, *motion, np.zeros((n, 6)))))
-    return Grains(rows, *sphere_masses(radius, density))
+    grains = Grains(aligned_rows(np.zeros((n, N_GRAIN))), *sphere_masses(radius, density))
+    grains.radius[:] = radius
+    for name, value in (("velocity", velocity), ("angular_velocity", angular_velocity), ("position", position)):
+        if value is not None:
+            getattr(grains, name)[:] = finite_array(name, value, (n, 3))
+    return grains
 
 
 def morton_order(position: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
