@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rendulic.cli.progress import campaign
+from rendulic.views.view import verdicts
 
 if TYPE_CHECKING:
     from rendulic.figures.of_study import Drawn
@@ -114,9 +115,8 @@ def say_how_it_went(run: StudyRun, drawn: Mapping[str, list[Drawn]]) -> None:
     for damage in run.repaired.values():
         typer.echo(f"made again: {damage}")
     for name, views in drawn.items():
-        for one in views:
-            if one.view.verdict:
-                typer.echo(f"{name}: {one.view.verdict}")
+        for verdict in verdicts((one.view.title, one.view) for one in views):
+            typer.echo(f"{name}: {verdict}")
     total = len(outcome.done) + len(outcome.failed) + len(outcome.blocked)
     typer.echo(f"{len(outcome.done)} of {total} units are done, {outcome.made} of them now, in {folder}")
     for name, views in drawn.items():

@@ -104,7 +104,7 @@ def _panels(view: CircularPanels) -> Figure:
         for axes in list(grid.flat)[len(view.panels) :]:
             axes.set_axis_off()
         if shared:
-            grid[0, -1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
+            grid[0, min(view.columns, len(view.panels)) - 1].legend(loc="upper left", bbox_to_anchor=(1.08, 1.0))
         figure.suptitle(view.title, x=0.02, ha="left")
     return figure
 

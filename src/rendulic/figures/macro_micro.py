@@ -61,7 +61,7 @@ def _macro_micro(view: MacroMicro) -> Figure:
             label=r"inertial term $\sum_p \delta f\cdot\delta x\,/\,V$",
         )
         upper.set_ylabel(r"$W_2$  [J/m$^3$]")
-        figure.suptitle(view.title)
+        figure.suptitle(view.title, x=0.02, ha="left")
         upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         share = 100.0 / float(abs(works.boundary).max())
         lower.plot(works.alpha, share * (works.paper - works.boundary), "x-", ms=4, lw=0.8, color=COLOURS[2],

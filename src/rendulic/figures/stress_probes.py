@@ -46,7 +46,9 @@ def _stress_probes(view: StressProbes) -> Figure:
             axes.vlines(one.strain_alpha, one.expected, one.found, color=FAINT, lw=1.0)
             axes.plot(one.strain_alpha, one.expected, "o", mfc="white", mec=INK, ms=4.5, label="strain probes")
             axes.plot(one.strain_alpha, one.found, ".", color=COLOURS[0], ms=5, label="stress probes")
-            axes.set_title(f"{one.label}\nrms {one.rms:.2g} of {one.n_compared}", loc="left", fontsize=8)
+            axes.set_title(
+                f"{one.label}\nrms {one.rms:.2g}, {one.n_compared} of {len(one.found)} compared", loc="left", fontsize=8
+            )
         grid[0, 0].set_xticks(range(0, 361, 90))
         grid[0, 0].set_ylim(min(-0.2, *(1.1 * float(one.found.min()) for one in view.panels)), 1.1)
         figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)

@@ -65,9 +65,9 @@ def categories(count: int) -> list[str]:
 
 
 def sequence(count: int) -> list:
-    """`count` colours from light to dark, for an ordered family of curves."""
+    """`count` colours from light to dark, for an ordered family of curves; one alone is dark."""
     colour_map = mpl.colormaps["viridis_r"]
-    return [colour_map(0.15 + 0.85 * k / max(count - 1, 1)) for k in range(count)]
+    return [colour_map(0.15 + 0.85 * k / max(count - 1, 1)) for k in (range(count) if count > 1 else (1,))]
 
 
 def save(figure: Figure, folder: str | os.PathLike, name: str) -> list[Path]:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from rendulic.report.cones import ISOCHORIC, ZERO
-from rendulic.report.draw import interactive
+from rendulic.report.draw import caption_of, interactive
 from rendulic.report.figure import SYMBOLS, Figure, Trace, categories, numbers
-from rendulic.report.tracks import box, caption_of, level, sector_traces, smallest_trace, work_range
+from rendulic.report.tracks import box, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.bifurcation import BifurcationMap, MapPanel
 

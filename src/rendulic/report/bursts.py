@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from rendulic.probing.burst import VERDICTS
-from rendulic.report.draw import interactive
+from rendulic.report.draw import caption_of, interactive
 from rendulic.report.figure import Figure, Trace, numbers
-from rendulic.report.tracks import box, caption_of
+from rendulic.report.tracks import box
 from rendulic.views.burst_curves import BurstCurve, BurstCurves, Energies, Equation1
 from rendulic.views.bursts import BurstsOfState, PredictedObserved
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from rendulic.report.draw import interactive
+from rendulic.report.draw import caption_of, interactive
 from rendulic.report.figure import Figure, Trace, numbers
-from rendulic.report.tracks import box, caption_of, edge_traces, level, sector_traces, smallest_trace, work_range
+from rendulic.report.tracks import box, edge_traces, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.amplitude import Amplitude, Sizes
 from rendulic.views.cones import ConeOfState, Cones

@@ -12,7 +12,7 @@ import rendulic.report
 from rendulic.report.figure import Figure
 from rendulic.views.view import Table, View
 
-__all__ = ["drawn", "interactive"]
+__all__ = ["caption_of", "drawn", "interactive"]
 
 Family = Mapping[str, Any]  # views of one kind, by the words that the reader chooses from
 Renderer = Callable[[str, Family], Figure]
@@ -47,14 +47,23 @@ def drawn(name: str, views: Mapping[str, View]) -> list[Figure | Table]:
     parts: list[Figure | Table] = []
     for kind in dict.fromkeys(type(view) for view in views.values()):
         family = {label: view for label, view in views.items() if type(view) is kind}
+        differ_in = "set"
         if kind in _all():
-            parts.append(_all()[kind](name if not parts else f"{name}-{kind.__name__.lower()}", family))
-        parts += _tables(family)
+            figure = _all()[kind](name if not parts else f"{name}-{kind.__name__.lower()}", family)
+            parts.append(figure)
+            differ_in = figure.choice.lower() or differ_in
+        parts += _tables(family, differ_in)
     return parts
 
 
-def _tables(family: Mapping[str, View]) -> list[Table]:
-    """Tables of the same heads as one, with a column that says which view a row is of."""
+def caption_of(views: Mapping[str, View]) -> str:
+    """What is shown; the title before it where there is one view, for then the reader has nothing to choose from."""
+    first = next(iter(views.values()))
+    return f"{first.title}. {first.caption}" if first.title and len(views) == 1 else first.caption
+
+
+def _tables(family: Mapping[str, View], differ_in: str) -> list[Table]:
+    """Tables of the same heads as one, with a column that says which view a row is of; `differ_in` is its head."""
     together: dict[tuple[str, ...], list[tuple[str, Table]]] = {}
     for label, view in family.items():
         for table in view.tables:
@@ -66,10 +75,10 @@ def _tables(family: Mapping[str, View]) -> list[Table]:
             made.append(first)
             continue
         made.append(Table(
-            first.caption, (first.heads[0], "set", *first.heads[1:]),
+            first.caption, (first.heads[0], differ_in, *first.heads[1:]),
             [(row[0], label, *row[1:]) for label, table in tables for row in table.rows],
             goes_to=[state for _, table in tables for state in table.goes_to],
             marks=[mark for _, table in tables for mark in table.marks],
-            marked=first.marked + 1, filter_by="set" if len(tables) > 2 else first.filter_by,
+            marked=first.marked + 1, filter_by=differ_in if len(tables) > 2 else first.filter_by,
         ))  # fmt: skip
     return made

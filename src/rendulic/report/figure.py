@@ -27,8 +27,8 @@ def categories(count: int) -> list[str]:
 
 
 def sequence(count: int) -> list[str]:
-    """`count` colours for an ordered family."""
-    return [f"--s{round((STEPS - 1) * k / max(count - 1, 1))}" for k in range(count)]
+    """`count` colours for an ordered family; one alone has the last."""
+    return [f"--s{round((STEPS - 1) * k / max(count - 1, 1))}" for k in (range(count) if count > 1 else (1,))]
 
 
 def numbers(values: Any, digits: int = DIGITS) -> list:

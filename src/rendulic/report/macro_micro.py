@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rendulic.report.draw import interactive
+from rendulic.report.draw import caption_of, interactive
 from rendulic.report.figure import Figure, Trace, numbers
 from rendulic.views.macro_micro import MacroMicro, Works
 
@@ -15,10 +15,8 @@ __all__ = ["macro_micro"]
 @interactive(MacroMicro)
 def macro_micro(name: str, views: Mapping[str, MacroMicro]) -> Figure:
     """Families of states to choose from, and a slider over the states of each."""
-    largest = max(one.residual for view in views.values() for one in view.states)
-    caption = f"{next(iter(views.values())).caption} Largest residual of the identity here: {largest:.1e} of its largest term."
     return Figure(
-        name, caption, {label: {one.state: _traces(one) for one in view.states} for label, view in views.items()},
+        name, caption_of(views), {label: {one.state: _traces(one) for one in view.states} for label, view in views.items()},
         {
             "height": 460,
             "xaxis": {"title": {"text": "direction of the increment α [°]"}, "range": [-5, 365], "dtick": 60},

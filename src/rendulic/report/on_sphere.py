@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rendulic.report.draw import interactive
+from rendulic.report.draw import caption_of, interactive
 from rendulic.report.figure import Figure, Trace
 from rendulic.report.spheres import ball, dots, scene
 from rendulic.views.sphere import OnSphere
@@ -15,11 +15,8 @@ __all__ = ["on_sphere"]
 @interactive(OnSphere)
 def on_sphere(name: str, views: Mapping[str, OnSphere]) -> Figure:
     """A family for each state and set."""
-    shares = " ".join(
-        f"{view.title}: {100.0 * view.negative_share:.1f} % of all directions are unstable." for view in views.values()
-    )
     return Figure(
-        name, f"{next(iter(views.values())).caption} Axis 1 is upward. {shares}",
+        name, f"{caption_of(views)} Axis 1 is upward.",
         {label: {view.state: [_traces(view)]} for label, view in views.items()}, scene(), choice="State and probes",
         fixed=[ball()], start=-1,
     )  # fmt: skip

@@ -15,6 +15,7 @@ from rendulic.report.figure import Figure, Section, embedded
 from rendulic.study.execution.campaign import results_in
 from rendulic.study.results import Results
 from rendulic.views.catalogue import catalogue
+from rendulic.views.view import verdicts
 
 __all__ = ["CURVES", "NAME", "SECTIONS", "render", "sections", "write_report"]
 
@@ -33,7 +34,9 @@ class Chapter:
 # the answer first; every figure that is in none of these comes under "others"
 SECTIONS = (
     Chapter("cones", "Unstable directions", ("cones", "amplitude", "map")),
-    Chapter("directions", "Second-order work by direction", ("fig3", "fig4", "sphere", "stress_probes")),
+    Chapter(
+        "directions", "Second-order work by direction", ("fig3", "side_by_side", "fig4", "sphere", "stress_probes")
+    ),
     Chapter("bursts", "Bursts: predicted and observed failure", ("bursts",)),
     Chapter("trust", "How far to trust it", ("trust",)),
     Chapter("loading", "Loading", ("fig1",)),
@@ -42,7 +45,8 @@ SECTIONS = (
     Chapter("run", "What was done", ("run",)),
     Chapter("missing", "What is missing", ("missing",)),
 )
-LEFT_OUT = ("fig2", "fig7", "fig10", "fig3_model", "side_by_side")  # shown by others of the page already
+LEFT_OUT = ("fig2", "fig7", "fig10", "fig3_model")  # shown by others of the page already
+MOST_VERDICTS = 8  # of one figure
 CURVES = ("loading", "directions", "cones", "tests")  # sections of the page of a running study
 
 
@@ -89,8 +93,10 @@ def _section(chapter: Chapter, results: Results) -> Section | None:
     for name in chapter.figures:
         if name in catalogue() and (views := catalogue()[name].shown(results)):
             parts += drawn(name, views)
-            words += [f"{label}: {view.verdict}" if len(views) > 1 else view.verdict
-                      for label, view in views.items() if view.verdict]  # fmt: skip
+            said = verdicts(views.items())
+            words += said[:MOST_VERDICTS]
+            if len(said) > MOST_VERDICTS:
+                words.append(f"And {len(said) - MOST_VERDICTS} more of this kind: see the table.")
     return Section(chapter.name, chapter.heading, list(dict.fromkeys(words)), parts) if parts or words else None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rendulic.report.draw import interactive
+from rendulic.report.draw import caption_of, interactive
 from rendulic.report.figure import Figure, Trace, numbers
 from rendulic.views.stress_probes import Compared, StressProbes
 
@@ -14,9 +14,8 @@ __all__ = ["stress_probes"]
 @interactive(StressProbes)
 def stress_probes(name: str, views: Mapping[str, StressProbes]) -> Figure:
     """A slider over the states."""
-    first = next(iter(views.values()))
     return Figure(
-        name, f"{first.verdict} {first.caption}",
+        name, caption_of(views),
         {label: {one.label: _traces(one) for one in view.panels} for label, view in views.items()},
         {
             "height": 420,

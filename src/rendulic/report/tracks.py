@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,8 @@ import numpy as np
 from rendulic.probing.edges import is_unknown
 from rendulic.report.figure import Trace, numbers
 from rendulic.views.sectors import Sector, Track
-from rendulic.views.view import View
 
-__all__ = ["box", "caption_of", "edge_traces", "level", "sector_traces", "smallest_trace", "work_range"]
+__all__ = ["box", "edge_traces", "level", "sector_traces", "smallest_trace", "work_range"]
 
 
 def edge_traces(points: Sequence[tuple[float | str, float, float]], upright: bool = True, **common: Any) -> list[Trace]:
@@ -88,12 +87,6 @@ def smallest_trace(track: Track, colour: str, symbol: str, **common: Any) -> Tra
         },
         "hovertemplate": "%{x:.4~g}<br>smallest W2n = %{y:.3f}<extra>%{fullData.name}</extra>",
     } | common  # fmt: skip
-
-
-def caption_of(views: Mapping[str, View]) -> str:
-    """What is shown; the title before it where there is one view, for then the reader has nothing to choose from."""
-    first = next(iter(views.values()))
-    return f"{first.title}. {first.caption}" if first.title and len(views) == 1 else first.caption
 
 
 def work_range(tracks: Iterable[Track]) -> tuple[float, float]:

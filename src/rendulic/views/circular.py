@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,10 +77,15 @@ class CircularDiagram(View):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CircularPanels(View):
-    """Diagrams side by side."""
+    """Diagrams side by side, by their headings."""
 
     panels: Mapping[str, CircularDiagram]
     columns: int = 2
+
+    @property
+    def labels(self) -> list[str]:
+        """Labels of the curves of all panels, each once."""
+        return list(dict.fromkeys(one.label for panel in self.panels.values() for one in panel.curves))
 
 
 def circular_diagram(
@@ -113,9 +118,27 @@ def circular_diagram(
 def circular_panels(
     panels: Mapping[str, Mapping[str, xr.Dataset]], title: str = "", columns: int = 2
 ) -> CircularPanels:
-    """Diagrams side by side, each with its heading and its own states; see `circular_diagram`."""
-    made = {heading: circular_diagram(probes, heading) for heading, probes in panels.items()}
-    return CircularPanels(title=title, caption=CAPTION, panels=made, columns=columns)
+    """Diagrams side by side, each with its heading and its own states; see `circular_diagram`.
+
+    Raises
+    ------
+    InvalidInput
+        If there are no panels, or one has probes that `circular_diagram` refuses.
+    """
+    if not panels:
+        raise InvalidInput("circular diagrams side by side need at least one panel, got none")
+    return _beside({heading: circular_diagram(probes, heading) for heading, probes in panels.items()}, title, columns)
+
+
+def _beside(made: Mapping[str, CircularDiagram], title: str, columns: int) -> CircularPanels:
+    curves = tuple(
+        replace(one, label=f"{heading}, {one.label}".replace("\n", ", "))
+        for heading, panel in made.items() for one in panel.curves
+    )  # fmt: skip
+    return CircularPanels(
+        title=title, caption=CAPTION, verdict=_verdict(curves), tables=(_table(curves),), panels=made,
+        columns=min(columns, len(made)),
+    )  # fmt: skip
 
 
 def _around(label: str, data: xr.Dataset, state: str) -> Around:
@@ -133,7 +156,7 @@ def _verdict(curves: tuple[Around, ...]) -> str:
     sure = [one.label for one in curves if ((one.w2_normalised < 0.0) & one.is_significant).any()]
     if not sure:
         return "Second-order work is not surely negative in any direction that was probed."
-    return f"Second-order work is negative in some directions at {', '.join(sure)}."
+    return f"Second-order work is negative in some directions at {'; '.join(sure)}."
 
 
 def _table(curves: tuple[Around, ...]) -> Table:
@@ -235,25 +258,32 @@ def _families(results: Results) -> dict[str, View]:
 
 def _models(results: Results) -> dict[str, View]:
     """Sands side by side."""
-    panels: dict[str, dict[str, xr.Dataset]] = {}
-    for name, sample, states in in_the_plane(results):
-        if not results.plan.specimen(sample.specimen).has_grains:
-            norm = norm_of(results, name)
-            panels[str(sample)] = {f"η = {state.eta:g}": data.sel(norm=norm) for state, data in states.items()}
-    return {"fig3_model": circular_panels(panels, "Chang-Hicher model")} if panels else {}
+    panels = {
+        str(sample): _of_sample(results, sample, states, norm_of(results, name))
+        for name, sample, states in in_the_plane(results) if not results.plan.specimen(sample.specimen).has_grains
+    }  # fmt: skip
+    return {"fig3_model": _beside(panels, "Chang-Hicher model", 2)} if panels else {}
 
 
 def _side_by_side(results: Results) -> dict[str, View]:
-    """Grains and sands side by side, where a study has both."""
-    panels: dict[str, dict[str, xr.Dataset]] = {}
-    kinds = set()
+    """Grains and sands side by side, where a study has both: of packings that differ in their seeds only, one."""
+    chosen: dict[SampleId, tuple[str, dict[StateId, xr.Dataset]]] = {}
     for name, sample, states in in_the_plane(results):
-        norm = norm_of(results, name)
-        panels[f"{sample}\n{results.about(sample)}"] = {
-            f"η = {state.eta:g}": data.sel(norm=norm) for state, data in states.items()
-        }
-        kinds.add(results.plan.specimen(sample.specimen).has_grains)
-    return {"side_by_side": circular_panels(panels, "Grains beside the Chang-Hicher model")} if len(kinds) > 1 else {}
+        is_another_seed = any(sample.by == "seed" and sample.specimen == other.specimen for other in chosen)
+        if sample not in chosen and not is_another_seed:
+            chosen[sample] = name, states
+    if len({results.plan.specimen(sample.specimen).has_grains for sample in chosen}) < 2:
+        return {}
+    common = set.intersection(*({state.eta for state in states} for _, states in chosen.values()))
+    panels = {
+        f"{sample}\n{results.about(sample)}": _of_sample(
+            results, sample,
+            {state: data for state, data in states.items() if state.eta in common or not common}, norm_of(results, name),
+        )
+        for sample, (name, states) in chosen.items()
+    }  # fmt: skip
+    title = "Grains beside the Chang-Hicher model"
+    return {"side_by_side": _beside(panels, f"{title}, at common stress ratios" if common else title, 2)}
 
 
 def _needs_both(plan: Plan) -> list[Unit]:
@@ -273,6 +303,6 @@ STUDY_FIGURES = (
     ),
     StudyFigure(
         "side_by_side", "circular diagrams of grains and sands side by side",
-        f"{IN_THE_PLANE} at states of grains and of a sand", _needs_both, _side_by_side, lambda results: {},
+        f"{IN_THE_PLANE} at states of grains and of a sand", _needs_both, _side_by_side,
     ),
 )  # fmt: skip

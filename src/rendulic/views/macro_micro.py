@@ -68,7 +68,9 @@ def macro_micro(probes: dict[str, xr.Dataset], title: str = "", states: dict[str
             float(data.identity_residual.max()), (states or {}).get(label, label),
         ))  # fmt: skip
     largest = max(one.residual for one in works)
-    verdict = f"The two agree to {largest:.0e} of the largest term in every direction."
+    verdict = (
+        f"W2 of contacts and grains is that of the boundary to {largest:.0e} of its largest term, in every direction."
+    )
     return MacroMicro(title=title, caption=CAPTION, verdict=verdict, states=tuple(works))
 
 

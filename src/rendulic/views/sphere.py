@@ -53,7 +53,7 @@ def on_sphere(probes: xr.Dataset, title: str = "", state: str = "") -> OnSphere:
     unit = np.column_stack([probes[f"along_{k}"].values for k in (1, 2, 3)])
     work, weight = probes.w2_normalised.values, probes.weight.values
     share = 100.0 * float(weight[work < 0.0].sum())
-    verdict = f"Second-order work is negative in {share:.1f} % of all directions."
+    verdict = f"Second-order work is negative in {share:.1f} % of all directions of principal increments."
     return OnSphere(
         title=title,
         caption=CAPTION,

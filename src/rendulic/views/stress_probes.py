@@ -23,7 +23,8 @@ __all__ = ["STUDY_FIGURES", "Compared", "StressProbes", "stress_probes"]
 
 CAPTION = (
     "Normalised second-order work W2n of stress probes (dots) and, interpolated at the same direction and size of strain, of "
-    "strain probes (rings). They must agree where the state can carry the stress."
+    "strain probes (rings). They must agree where the state can carry the stress. Where a dot has no ring, its strain is larger "
+    "or smaller than that of all strain probes."
 )
 
 

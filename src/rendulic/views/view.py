@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Mark", "Table", "View"]
+__all__ = ["Mark", "Table", "View", "verdicts"]
 
 Mark = Literal["good", "doubtful", "bad", ""]
+MOST_LABELS = 3  # of one verdict
 
 
 @dataclass(frozen=True)
@@ -79,3 +80,28 @@ class View:
     verdict: str = ""
     tables: tuple[Table, ...] = ()
     data: xr.Dataset | None = None
+
+
+def verdicts(views: Iterable[tuple[str, View]]) -> list[str]:
+    """Verdicts of views with their labels: those that are alike as one, without a label if it is that of all.
+
+    >>> stable, unstable = View(verdict="It is stable."), View(verdict="It is not.")
+    >>> verdicts([("loose", unstable), ("dense", stable), ("denser", stable)])
+    ['loose: It is not.', 'dense; denser: It is stable.']
+    >>> verdicts([("dense", stable), ("denser", stable)])
+    ['It is stable.']
+    """
+    together: dict[str, list[str]] = {}
+    for label, view in views:
+        together.setdefault(view.verdict, []).append(label)
+    return [
+        verdict if len(together) == 1 else f"{_some(labels)}: {verdict}"
+        for verdict, labels in together.items() if verdict
+    ]  # fmt: skip
+
+
+def _some(labels: list[str]) -> str:
+    """The first of many labels, and how many more there are."""
+    if len(labels) <= MOST_LABELS + 1:
+        return "; ".join(labels)
+    return f"{'; '.join(labels[:MOST_LABELS])} and {len(labels) - MOST_LABELS} more"

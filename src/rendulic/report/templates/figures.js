@@ -167,9 +167,20 @@ function narrow(layout, traces) {
     layout.grid = { ...layout.grid, rows: count, columns: 1, ygap: 0.3 };
     layout.height = 300 * count;
   }
-  if (layout.polar) {
-    layout.polar.angularaxis.ticktext = layout.polar.angularaxis.ticktext.map(text => text.split(" ")[0]);
-    Object.assign(layout, { height: 460, margin: { l: 40, r: 40, t: 30, b: 30 } });
+  const polars = Object.keys(layout).filter(key => key.startsWith("polar"));
+  for (const key of polars) {
+    const axis = layout[key].angularaxis;
+    axis.ticktext = axis.ticktext.map(text => text.split(" ")[0]);
+  }
+  if (polars.length) Object.assign(layout, { height: 460, margin: { l: 40, r: 40, t: 30, b: 30 } });
+  if (polars.length > 1) { // each with its heading, which is the annotation of the same number
+    const high = 1 / polars.length;
+    layout.height *= polars.length;
+    polars.forEach((key, k) => {
+      const top = 1 - k * high;
+      layout[key].domain = { x: [0.05, 0.95], y: [top - 0.92 * high, top - 0.12 * high] };
+      Object.assign(layout.annotations[k], { x: 0.5, y: top });
+    });
   }
   if (layout.scene) {
     const { eye } = layout.scene.camera;

@@ -32,7 +32,7 @@ for (const table of document.querySelectorAll("table[data-filter]")) {
   const box = document.createElement("div");
   box.className = "controls";
   table.parentElement.before(box);
-  const select = labelled(box, `Show where ${table.dataset.filter} is`, chooser([["", "anything"], ...values.map(each => [each, each])]));
+  const select = labelled(box, `Rows by ${table.dataset.filter}`, chooser([["", "all"], ...values.map(each => [each, each])]));
   select.addEventListener("change", () => {
     for (const row of rows) row.hidden = select.value !== "" && row.cells[column].textContent !== select.value;
   });

@@ -133,7 +133,7 @@ class Sand(SpecimenSection, Sandy):
         return [SampleId(self.name, "e", void_ratio) for void_ratio in self.void_ratios]
 
     def about(self, sample: SampleId) -> str:
-        return f"Chang-Hicher model, e = {sample.value:g}"
+        return "Chang-Hicher model"
 
     def make(self, sample: SampleId) -> Task:
         own = {name: getattr(self, name) for name in Sandy.model_fields}
