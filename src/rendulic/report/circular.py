@@ -38,7 +38,7 @@ def circular_panels(name: str, views: Mapping[str, CircularPanels]) -> Figure:
 def _panels(view: CircularPanels) -> list[Trace]:
     colours = dict(zip(view.labels, sequence(len(view.labels)), strict=True))
     seen: set[str] = set()
-    traces = []
+    traces: list[Trace] = []
     for subplot, panel in zip(_subplots(view), view.panels.values(), strict=True):
         traces.append(_zero_circle() | {"subplot": subplot, "showlegend": not traces})
         for one in panel.curves:
