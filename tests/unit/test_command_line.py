@@ -50,7 +50,7 @@ def folder(tmp_path_factory, packed_state):
     (place / "spoilt.h5").write_bytes(spoilt)
     (place / "taken").write_text("a file")
     (place / "typo.toml").write_text(
-        "[material]\nk_pr = 2\n[[test]]\nname = 'a'\npath = 'drained'\npressure_pa = 1e5\nvoid_ratio = 0.9\n"
+        "[[specimen]]\nname = 'a'\nkind = 'chang_hicher'\nvoid_ratios = [0.9]\nmaterial = { k_pr = 2 }\n"
     )
     return place
 
@@ -60,7 +60,7 @@ def folder(tmp_path_factory, packed_state):
     [
         (["info", "none.h5"], "no state file at none.h5"),
         (["info", "."], ". is not the folder of a study: it has no study.json"),
-        (["info", "spoilt.h5"], "truncated"),
+        (["info", "spoilt.h5"], "spoilt.h5 has been altered"),
         (["info", "taken"], "not a readable rendulic state"),
         (["probe", "none.h5"], "no state file at none.h5"),
         (["probe", "good.h5", "--step", "7"], "must divide 360"),
@@ -72,13 +72,16 @@ def folder(tmp_path_factory, packed_state):
         ),
         (["reproduce", "fig99"], "unknown figure 'fig99': did you mean 'fig9'"),
         (["reproduce", "fig6", "-o", "taken"], "cannot write to taken"),
-        (["element", "none.toml"], "no element study at none.toml"),
+        (["element", "none.toml"], "no study at none.toml"),
         (["element", "taken"], "not a TOML file"),
         (["element", "taken", "--init"], "taken exists already"),
         (["element", "nowhere/new.toml", "--init"], "there is no folder nowhere"),
-        (["element", "typo.toml"], "material.k_pr: there is no such entry; did you mean 'k_pR'?"),
+        (["element", "typo.toml"], "specimen 'a', material, k_pr: there is no such entry; did you mean 'k_pR'?"),
         (["reproduce", "--preset", "quik"], "unknown preset 'quik': did you mean 'quick'"),
-        (["reproduce", "--seed", "-3"], "seed -3: packing.0.seeds.0: Input should be greater than or equal to 0"),
+        (
+            ["reproduce", "--seed", "-3"],
+            "seed -3: specimen 'paper', seeds number 1: Input should be greater than or equal to 0",
+        ),
         (["reproduce", "fig1", "-o", "taken"], "cannot write to taken"),
     ],
 )

@@ -151,7 +151,7 @@ void_ratio = 0.7
 
 def test_old_files_are_read_with_a_warning_that_shows_the_new_ones(study_file):
     """What the warning shows is a study of its own, and the same one."""
-    with pytest.warns(FutureWarning, match="is written as for rendulic 0.1") as warned:
+    with pytest.warns(FutureWarning, match=r"is written as for rendulic 0\.1") as warned:
         old = read_study(study_file(OLD))
     shown = str(warned[0].message).split("write it so:\n\n")[1]
     assert read_study(study_file(shown)).model_dump() == old.model_dump()
@@ -164,5 +164,5 @@ def test_old_files_are_read_with_a_warning_that_shows_the_new_ones(study_file):
 
 
 def test_an_old_file_that_cannot_be_translated_is_refused(study_file):
-    with pytest.raises(InvalidInput, match="written as for rendulic 0.1"):
+    with pytest.raises(InvalidInput, match=r"written as for rendulic 0\.1"):
         read_study(study_file('[[test]]\nname = "a"\npath = "drained"\n'))

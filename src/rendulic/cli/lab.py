@@ -20,17 +20,21 @@ def lab(
     Example: rendulic lab test.toml --init && rendulic lab test.toml -o lab
     """
     from rendulic.cli.init import write_new
+    from rendulic.figures.draw import draw
+    from rendulic.figures.style import save
     from rendulic.study.language.lab import example, run_lab_test
+    from rendulic.views.path_work import path_work
 
     if init:
         write_new(test, example())
         return
     result = run_lab_test(test, output)
-    found = result.along
-    typer.echo(f"{test}: {found.attrs['verdict']}")
+    view, found = path_work(result.measured, result.along, result.title), result.along
+    files = [*result.files, *save(draw(view), output, "w2")]
+    typer.echo(f"{test}: {view.verdict}")
     if found.instability_q.notnull():
         typer.echo(
             f"  q = {float(found.instability_q) / 1e3:.2f} kPa, p' = {float(found.instability_p) / 1e3:.2f} kPa, "
             f"eta = {float(found.instability_eta):.3f}"
         )
-    typer.echo(f"{len(result.files)} files written to {output}")
+    typer.echo(f"{len(files)} files written to {output}")

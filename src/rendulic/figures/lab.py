@@ -1,4 +1,4 @@
-"""A measured test: stress-strain, stress path, and second-order work along it."""
+"""A measured test, with matplotlib: stress-strain, stress path, and second-order work along it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 
+from rendulic.figures.draw import draw
 from rendulic.figures.element import label_panels
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
+from rendulic.views import path_work as view_of
+from rendulic.views.path_work import PathWork
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +37,12 @@ def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figur
     Grey dots are readings, lines what was fitted. A dot marks where W2 turns negative, its bar how sure that is; the band
     about W2 is two standard deviations of noise.
     """
-    drained = float(np.abs(measured.eps_v).max()) > 1e-9
+    return _path_work(view_of.path_work(measured, along, title))
+
+
+@draw.register(PathWork)
+def _path_work(view: PathWork) -> Figure:
+    measured, along, drained = view.measured, view.along, view.swells
     figure = new_figure(7.2, 5.2) if drained else new_figure(9.6, 3.2)
     with mpl.rc_context(RC):
         panels = list(figure.subplots(*((2, 2) if drained else (1, 3))).flat)
@@ -47,10 +55,7 @@ def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figur
             fit = axes.plot(x_scale * along[x], y_scale * along[y], color=COLOURS[0])[0]
             readings.set_label("readings")
             fit.set_label("fitted")
-        with np.errstate(divide="ignore", invalid="ignore"):
-            error = 2.0 * along.w2_error * np.abs(along.w2_normalised / along.w2)
-        band = along.w2_normalised - error, along.w2_normalised + error
-        panels[2].fill_between(strain, *band, color=COLOURS[0], alpha=0.25, lw=0)
+        panels[2].fill_between(strain, *view.band, color=COLOURS[0], alpha=0.25, lw=0)
         panels[2].plot(strain, along.w2_normalised, color=COLOURS[0])
         panels[2].axhline(0.0, color=NEGATIVE, lw=0.8, ls="--")
         panels[2].set_ylim(-1.05, 1.05)
@@ -66,5 +71,5 @@ def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figur
                 )  # fmt: skip
         panels[0].legend(loc="best")
         label_panels(panels)
-        figure.suptitle(title, x=0.02, ha="left")
+        figure.suptitle(view.title, x=0.02, ha="left")
     return figure

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from rendulic import figures
 from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.validation import Positive, Section, read_toml, validated
 from rendulic.foundation.whole_file import writable_folder
@@ -61,6 +60,8 @@ class LabResult:
 
     Parameters
     ----------
+    title : str
+        The file and the drainage.
     measured : xarray.Dataset
         Of `rd.io.read_triaxial`.
     along : xarray.Dataset
@@ -69,6 +70,7 @@ class LabResult:
         What was written.
     """
 
+    title: str
     measured: xr.Dataset
     along: xr.Dataset
     files: list[Path]
@@ -93,7 +95,7 @@ def read_lab_test(path: str | os.PathLike) -> LabTest:
 
 
 def run_lab_test(path: str | os.PathLike, folder: str | os.PathLike) -> LabResult:
-    """Read the test described at `path`; write readings, second-order work and figure into `folder`.
+    """Read the test described at `path`; write readings and second-order work into `folder`.
 
     Raises
     ------
@@ -117,5 +119,4 @@ def run_lab_test(path: str | os.PathLike, folder: str | os.PathLike) -> LabResul
     folder = writable_folder(folder)
     files = [write_dataset(measured, folder / "measured.nc"), write_csv(measured, folder / "measured.csv")]
     files += [write_dataset(along, folder / "w2.nc"), *write_tables(along, folder / "w2.csv")]
-    files += figures.save(figures.path_work(measured, along, f"{readings.name}, {test.drainage}"), folder, "w2")
-    return LabResult(measured, along, files)
+    return LabResult(f"{readings.name}, {test.drainage}", measured, along, files)
