@@ -28,11 +28,12 @@ test-fast: $(VENV)/installed-dev
 	$(BIN)/python $(PYTEST) -m "not long"
 
 # the lower bounds of pyproject.toml, in an environment of their own, on what depends on versions: files, tables, input
-# and commands (tests/unit), figures and pages among them, and what the compiler makes of the kernels (tests/parity).
-# Mechanics, with the same bits from the same kernels, is not tested twice. Another numba has a cache of its own.
+# and commands (tests/unit), figures and pages among them, what the compiler makes of the kernels (tests/parity), and a
+# cluster. Mechanics, with the same bits from the same kernels, is not tested twice. Another numba has its own cache.
 test-lowest: $(VENV)-lowest/installed
 	NUMBA_CACHE_DIR=$(CURDIR)/build/numba-lowest \
-	$(VENV)-lowest/bin/python $(PYTEST) -m "not long" tests/architecture tests/unit tests/parity
+	$(VENV)-lowest/bin/python $(PYTEST) -m "versions or not long" \
+	tests/architecture tests/unit tests/parity tests/end_to_end
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

