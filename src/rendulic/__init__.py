@@ -34,46 +34,50 @@ True
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rendulic.foundation.lazy import lazy_names
+import lazy_loader
 
 __version__ = "0.1.0"
 
-_PUBLIC: dict[str, str | tuple[str, str]] = {
-    "chang_hicher": "rendulic.chang_hicher",
-    "dem": "rendulic.dem",
-    "directions": "rendulic.loading.directions",
-    "errors": "rendulic.foundation.errors",
-    "figures": "rendulic.figures",
-    "io": "rendulic.io",
-    "micro": "rendulic.micro",
-    "paths": "rendulic.loading.paths",
-    "tensors": "rendulic.tensors",
-    "ChangHicher": ("rendulic.chang_hicher.model", "ChangHicher"),
-    "Cone": ("rendulic.probing.cone", "Cone"),
-    "Control": ("rendulic.loading.control", "Control"),
-    "RendulicError": ("rendulic.foundation.errors", "RendulicError"),
-    "Snapshot": ("rendulic.specimen.snapshot", "Snapshot"),
-    "Specimen": ("rendulic.specimen.protocol", "Specimen"),
-    "State": ("rendulic.specimen.state", "State"),
-    "anatomy": ("rendulic.probing.anatomy", "anatomy"),
-    "bifurcation_map": ("rendulic.probing.bifurcation", "bifurcation_map"),
-    "burst": ("rendulic.probing.burst", "burst"),
-    "bursts": ("rendulic.probing.burst", "bursts"),
-    "cone_ensemble": ("rendulic.probing.ensemble", "cone_ensemble"),
-    "cone_of": ("rendulic.probing.cone", "cone_of"),
-    "cones_by_amplitude": ("rendulic.probing.amplitude", "cones_by_amplitude"),
-    "instability_cone": ("rendulic.probing.cone", "instability_cone"),
-    "plot": ("rendulic.figures.plot", "plot"),
-    "probe": ("rendulic.probing.probe", "probe"),
-    "probes_of_snapshots": ("rendulic.probing.of_snapshots", "probes_of_snapshots"),
-    "second_order_work": ("rendulic.probing.second_order_work", "second_order_work"),
-    "states_along": ("rendulic.probing.bifurcation", "states_along"),
-    "w2_along": ("rendulic.probing.path_work", "w2_along"),
-}
+# loaded on first use, so that importing is quick
+_load, _, _public = lazy_loader.attach(
+    __name__,
+    submodules={"chang_hicher", "dem", "figures", "io", "micro", "tensors"},
+    submod_attrs={
+        "chang_hicher.model": ["ChangHicher"],
+        "figures.plot": ["plot"],
+        "foundation": ["errors"],
+        "foundation.errors": ["RendulicError"],
+        "loading": ["directions", "paths"],
+        "loading.control": ["Control"],
+        "probing.amplitude": ["cones_by_amplitude"],
+        "probing.anatomy": ["anatomy"],
+        "probing.bifurcation": ["bifurcation_map", "states_along"],
+        "probing.burst": ["burst", "bursts"],
+        "probing.cone": ["Cone", "cone_of", "instability_cone"],
+        "probing.ensemble": ["cone_ensemble"],
+        "probing.of_snapshots": ["probes_of_snapshots"],
+        "probing.path_work": ["w2_along"],
+        "probing.probe": ["probe"],
+        "probing.second_order_work": ["second_order_work"],
+        "specimen.protocol": ["Specimen"],
+        "specimen.snapshot": ["Snapshot"],
+        "specimen.state": ["State"],
+    },
+)
+__all__ = [*_public, "__version__"]
 
-__all__ = [*_PUBLIC, "__version__"]
+
+def __getattr__(name: str) -> Any:
+    if name not in _public:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'; public names: {', '.join(_public)}")
+    return _load(name)
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 if TYPE_CHECKING:
     from rendulic import chang_hicher, dem, figures, io, micro, tensors
@@ -96,5 +100,3 @@ if TYPE_CHECKING:
     from rendulic.specimen.protocol import Specimen
     from rendulic.specimen.snapshot import Snapshot
     from rendulic.specimen.state import State
-
-__getattr__, __dir__ = lazy_names(__name__, _PUBLIC)

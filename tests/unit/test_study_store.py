@@ -6,6 +6,9 @@ import hashlib
 import json
 import os
 import shutil
+import subprocess
+import sys
+import threading
 from io import BytesIO
 
 import h5py
@@ -227,6 +230,68 @@ def test_a_claim_is_one_process_s(store):
     assert not store.is_claimed()
     with store.claimed():
         pass
+
+
+def test_a_look_never_disturbs_a_claim(store):
+    """While two others look as fast as they can, every claim succeeds, and no look sees one that is not there."""
+    store.folder.mkdir()
+    seen, stop = [], threading.Event()
+
+    def look():
+        while not stop.is_set():
+            seen.append(store.is_claimed())
+
+    lookers = [threading.Thread(target=look) for _ in range(2)]
+    for each in lookers:
+        each.start()
+    try:
+        for _ in range(50):
+            with store.claimed():
+                pass
+    finally:
+        stop.set()
+        for each in lookers:
+            each.join()
+    assert len(seen) > 50
+    assert not store.is_claimed()
+
+
+def test_a_look_writes_nothing(store):
+    assert not store.is_claimed()
+    assert not store.folder.exists()
+
+
+def test_a_claim_ends_with_its_process(store):
+    """Killed, with no chance to clean up."""
+    code = (
+        "import sys, time; from rendulic.study.store.store import Store\n"
+        "with Store(sys.argv[1]).claimed(): print('claimed', flush=True); time.sleep(60)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code, str(store.folder)], stdout=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "claimed\n"
+    assert store.is_claimed()
+    with pytest.raises(InvalidInput, match=f"is being worked on by process {process.pid} on "), store.claimed():
+        pass
+    process.kill()
+    process.communicate()
+    assert not store.is_claimed()
+    with store.claimed():
+        pass
+
+
+def test_units_behind_a_link_are_found(store, file, tmp_path):
+    """A folder that was moved to another disk, with a link in its place."""
+    shutil.move(file.parent, tmp_path / "elsewhere")
+    file.parent.symlink_to(tmp_path / "elsewhere")
+    assert store.keys() == {UNIT.key}
+    assert store.read(UNIT.key)["curve"].identical(PARTS["curve"])
+
+
+def test_a_folder_that_cannot_be_read_is_told(store):
+    store.folder.mkdir()
+    (store.folder / "units").write_text("mine")
+    with pytest.raises(InvalidInput, match=r"cannot read .*units: Not a directory"):
+        store.keys()
 
 
 def test_a_folder_can_be_moved(store, file, tmp_path):

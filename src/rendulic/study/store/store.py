@@ -9,7 +9,9 @@ import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
+
+from filelock import BaseFileLock, FileLock, Timeout
 
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.foundation.json_text import read_json_text
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Store"]
 
+LOCK, HOLDER = "lock", "holder.json"
+PATIENCE = 1.0  # seconds that a claim waits
+GLANCE = 0.05  # seconds that a look waits for others that look
 NAMED = re.compile(r"[0-9a-f]{32}\.h5")
 LEFT_OVER = re.compile(r"\..*\.part(\.\w+)?")
 
@@ -35,7 +40,7 @@ class Store:
     folder : path
         Need not exist. `units/` has a file for each finished unit, named by its hash, whole or not there at all;
         `failed/` a note for each unit that failed; `logs/` a log for each unit; `running.json` what runs now;
-        `lock` is held by the process that works on it.
+        `lock` is held by the process that works on it, which `holder.json` names.
     """
 
     def __init__(self, folder: str | os.PathLike) -> None:
@@ -46,15 +51,27 @@ class Store:
         return self.folder / "units" / key[:2] / f"{key}.h5"
 
     def keys(self) -> set[str]:
-        """Hashes of all finished units, by the names of their files."""
+        """Hashes of all finished units, by the names of their files.
+
+        Raises
+        ------
+        InvalidInput
+            If the folder cannot be read.
+        """
         return {entry.name[:-3] for entry in self._entries() if NAMED.fullmatch(entry.name)}
 
     def _entries(self) -> Iterator[os.DirEntry]:
-        with suppress(FileNotFoundError), os.scandir(self.folder / "units") as folders:
-            for folder in folders:
-                if folder.is_dir(follow_symlinks=False):
-                    with os.scandir(folder.path) as files:
-                        yield from files
+        """All that is in the folders of units; a link to a folder is followed, as it is when a unit is read."""
+        try:
+            with os.scandir(self.folder / "units") as folders:
+                for folder in folders:
+                    if folder.is_dir():
+                        with os.scandir(folder.path) as files:
+                            yield from files
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise InvalidInput(f"cannot read {error.filename}: {error.strerror or error}") from None
 
     def write(self, order: Mapping[str, Any], parts: Mapping[str, State | xr.Dataset]) -> Path:
         """Keep a result, whole or not at all; the same result again changes nothing.
@@ -151,38 +168,37 @@ class Store:
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            lock = (self.folder / "lock").open("a+", encoding="utf-8")
+            # somebody who only looks holds the lock for less than a millisecond
+            held = self._lock().acquire(timeout=PATIENCE)
+        except Timeout:
+            holder = self.read_json(HOLDER)
+            who = holder if isinstance(holder, str) and holder.isprintable() else "another process"
+            raise InvalidInput(
+                f"{self.folder} is being worked on by {who[:200]}: wait for it, or choose another folder"
+            ) from None
         except OSError as error:
             raise InvalidInput(f"cannot write to {self.folder}: {error.strerror or error}") from None
-        with lock:
-            if not _locked(lock):
-                lock.seek(0)
-                raise InvalidInput(
-                    f"{self.folder} is being worked on by {lock.read(200).strip() or 'another process'}: wait for it, or choose "
-                    "another folder"
-                )
-            lock.truncate(0)
-            lock.write(f"process {os.getpid()} on {socket.gethostname()}")
-            lock.flush()
+        except NotImplementedError:  # no locks on this file system: results are whole, and equal whoever writes them
             yield
+            return
+        with held:
+            self.write_json(HOLDER, f"process {os.getpid()} on {socket.gethostname()}")
+            try:
+                yield
+            finally:
+                (self.folder / HOLDER).unlink(missing_ok=True)
 
     def is_claimed(self) -> bool:
-        """Whether a process works on this folder now."""
+        """Whether a process works on this folder now; nothing is written, and no claim of another is disturbed."""
         try:
-            with (self.folder / "lock").open("r+", encoding="utf-8") as lock:
-                return not _locked(lock)
-        except OSError:
+            if (self.folder / LOCK).exists():
+                with self._lock().acquire(timeout=GLANCE, poll_interval=GLANCE / 5):
+                    return False
+        except Timeout:
+            return True
+        except (OSError, NotImplementedError):
             return False
-
-
-def _locked(file: IO) -> bool:
-    """Lock a file until it is closed, if nobody else has."""
-    try:
-        import fcntl
-    except ImportError:  # no such locks on this system: results are whole files, and equal whoever writes them
-        return True
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
         return False
-    return True
+
+    def _lock(self) -> BaseFileLock:
+        return FileLock(self.folder / LOCK)
