@@ -48,8 +48,8 @@ imports: $(VENV)/installed-dev
 
 lock: $(VENV)/installed-dev
 	$(BIN)/python -m pip install -q uv
-	$(BIN)/uv pip compile -q --extra dev --universal pyproject.toml -o requirements-dev.lock
-	$(BIN)/uv pip compile -q --extra docs --universal pyproject.toml -o requirements-docs.lock
+	$(BIN)/uv pip compile -q --generate-hashes --extra dev --universal pyproject.toml -o requirements-dev.lock
+	$(BIN)/uv pip compile -q --generate-hashes --extra docs --universal pyproject.toml -o requirements-docs.lock
 
 clean:
 	rm -rf $(VENV) $(VENV)-docs $(VENV)-lowest demo build
@@ -62,13 +62,13 @@ $(VENV)/installed: pyproject.toml | $(VENV)/bin/python
 	touch $@
 
 $(VENV)/installed-dev: pyproject.toml requirements-dev.lock | $(VENV)/bin/python
-	$(BIN)/python -m pip install -q --disable-pip-version-check -r requirements-dev.lock
+	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements-dev.lock
 	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps -e .
 	touch $@ $(VENV)/installed
 
 $(VENV)-docs/installed: pyproject.toml requirements-docs.lock
 	$(PYTHON) -m venv $(VENV)-docs
-	$(VENV)-docs/bin/python -m pip install -q --disable-pip-version-check -r requirements-docs.lock
+	$(VENV)-docs/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements-docs.lock
 	$(VENV)-docs/bin/python -m pip install -q --disable-pip-version-check --no-deps -e .
 	touch $@
 

@@ -1,10 +1,15 @@
-"""The shape of the package: who may import whom and what, and what no file may do."""
+"""The shape of the package: its imports, and what no file may do."""
 
 from __future__ import annotations
 
 import ast
+import os
+import re
+import shutil
 import subprocess
 import sys
+import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -13,56 +18,12 @@ import rendulic
 
 SOURCE = Path(rendulic.__file__).parent
 FILES = sorted(SOURCE.rglob("*.py"))
-# level of each part; a part may import parts of a lower level, and itself
-LEVELS = {
-    "foundation": 0, "tensors": 0, "loading": 0, "specimen": 0,
-    "dem": 1, "chang_hicher": 1, "micro": 1,
-    "probing": 2,
-    "io": 3, "study": 3,
-    "figures": 4, "report": 4, "cli": 5,
-}  # fmt: skip
-# the one exception: a study draws its figures, and reads and writes tables
-SIDEWAYS = {("study", "figures"), ("study", "io")}
-NEVER = {
-    ("probing", "dem"),
-    ("micro", "dem"),
-    ("dem", "micro"),
-    ("probing", "chang_hicher"),
-    ("figures", "cli"),
-    ("figures", "dem"),
-}
-ONLY_IN = {
-    "matplotlib": {"figures"},
-    "plotly": {"report"},
-    "jinja2": {"report"},
-    "typer": {"cli"},
-    "rich": {"cli"},
-    "pydantic": {"foundation/validation.py", "study", "io/plain_text.py", "chang_hicher/law/parameters.py"},
-    "h5py": {"foundation/hdf5.py", "specimen/state.py", "io", "study/store/unit_file.py"},
-    "numba": {"foundation/compiling.py", "dem/kernels"},
-    "distributed": {"study/execution/cluster.py"},
-    "scipy": {"tensors/sphere_rules.py", "micro/clustering.py", "io/lammps/history.py"},
-}
-
-
-def part_of(path: Path) -> str:
-    """Top-level part of the package that a file belongs to; the package's own file has no level."""
-    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
-
-
-def running_nodes(tree: ast.Module):
-    """All nodes but those that only type checkers see."""
-    waiting = [tree]
-    while waiting:
-        node = waiting.pop()
-        yield node
-        only_types = isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-        waiting.extend(node.orelse if only_types else ast.iter_child_nodes(node))
+ROOT = Path(__file__).parents[2]
 
 
 def imports(path: Path):
-    """All modules that a file imports anywhere when run, in absolute form."""
-    for node in running_nodes(ast.parse(path.read_text(encoding="utf-8"))):
+    """All modules that a file imports anywhere, also while types are checked, in absolute form."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -75,52 +36,69 @@ def name_of(path: Path) -> str:
     return str(path.relative_to(SOURCE))
 
 
-def upward(path: Path):
-    """Imports of a file that go up or aside."""
-    own = part_of(path)
-    for module in imports(path):
-        parts = module.split(".")
-        if parts[0] != "rendulic" or len(parts) < 2 or parts[1] not in LEVELS or parts[1] == own:
-            continue
-        pair, step = (own, parts[1]), LEVELS[own] - LEVELS[parts[1]]
-        within_base = LEVELS[own] == LEVELS[parts[1]] == 0
-        if pair in NEVER or not (step > 0 or within_base or pair in SIDEWAYS):
-            yield module
+def contracts_of(folder: Path) -> subprocess.CompletedProcess[str]:
+    """What import-linter says of the package in a folder with a `pyproject.toml` and `src/`."""
+    code = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+    return subprocess.run(
+        [sys.executable, "-c", code, "--no-cache"], cwd=folder, env=os.environ | {"PYTHONPATH": str(folder / "src")},
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
 
 
-def test_an_upward_import_is_noticed(tmp_path, monkeypatch):
-    """The check itself: imports of a made-up file are told upward, aside and lazily."""
-    wrong = tmp_path / "micro" / "wrong.py"
-    wrong.parent.mkdir()
-    wrong.write_text(
-        "import rendulic.cli.main\nfrom rendulic import probing\nfrom rendulic.foundation.errors import InvalidInput\n"
-        "def lazy():\n    from rendulic.dem.assembly import Assembly\n"
+def test_imports_keep_to_the_contracts():
+    """Levels, circles and who may use which library: `[tool.importlinter]` in pyproject.toml, `make imports`."""
+    done = contracts_of(ROOT)
+    assert done.returncode == 0, done.stdout
+    assert " 0 broken" in done.stdout
+
+
+WRONG = {
+    "Imports run downward": ("micro/stress.py", "def lazy():\n    from rendulic.probing import probe\n"),
+    "No circles, in any folder": (
+        "tensors/mandel.py", "if TYPE_CHECKING:\n    from rendulic.tensors.rendulic_plane import increment_along\n"
+    ),
+    "Probing knows specimens": ("probing/edges.py", "import rendulic.dem.assembly\n"),
+    "Figures draw with matplotlib": ("probing/cone.py", "import matplotlib.pyplot\n"),
+}  # fmt: skip
+
+
+def test_wrong_imports_are_noticed(tmp_path):
+    """The contracts themselves: imports that are upward and lazy, of a circle for types only, or of a library elsewhere."""
+    shutil.copytree(SOURCE, tmp_path / "src" / "rendulic", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for name, text in WRONG.values():
+        with (tmp_path / "src" / "rendulic" / name).open("a", encoding="utf-8") as file:
+            file.write("\n\n" + text)
+    (circle := tmp_path / "src" / "rendulic" / "tensors" / "rendulic_plane.py").write_text(
+        circle.read_text(encoding="utf-8") + "\nimport rendulic.tensors.mandel\n", encoding="utf-8"
     )
-    monkeypatch.setattr(sys.modules[__name__], "SOURCE", tmp_path)
-    assert {module.split(".")[1] for module in upward(wrong)} == {"cli", "probing", "dem"}
+    done = contracts_of(tmp_path)
+    assert done.returncode == 1
+    broken = [line for line in done.stdout.splitlines() if " BROKEN" in line]
+    for contract in WRONG:
+        assert any(line.startswith(contract) for line in broken), contract
 
 
-def test_every_part_has_a_level():
-    """A new part of the package must be given its place here."""
-    parts = {part_of(path) for path in FILES} - {"__init__"}
-    assert parts <= set(LEVELS)
+def declared(*extras: str) -> set[str]:
+    """Names of the distributions that pyproject.toml declares, without the project's own, in normal form."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    asked = [*project["dependencies"], *(each for extra in extras for each in project["optional-dependencies"][extra])]
+    return {normal(re.match(r"[\w.-]+", each).group()) for each in asked}
 
 
-@pytest.mark.parametrize("path", [p for p in FILES if part_of(p) != "__init__"], ids=name_of)
-def test_imports_run_downward(path):
-    """No file imports from its own level's neighbours or from above, also not lazily."""
-    assert list(upward(path)) == []
+def normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
 
 
-@pytest.mark.parametrize("library", ONLY_IN)
-def test_libraries_stay_where_they_belong(library):
-    """Drawing, command line, validation, files and compiler each have one place, and are used there."""
-    users = {
-        path.relative_to(SOURCE).as_posix() for path in FILES if library in {m.split(".")[0] for m in imports(path)}
-    }
-    allowed = ONLY_IN[library]
-    assert users
-    assert {user for user in users if not any(user == a or user.startswith(f"{a}/") for a in allowed)} == set()
+def test_every_import_is_declared():
+    """Nothing is there by luck, as a dependency of a dependency; and nothing is declared that is not used."""
+    of_name = packages_distributions()
+    # this file runs inside Yade
+    files = [path for path in FILES if path != SOURCE / "io" / "yade_exporter.py"]
+    used = {module.split(".")[0] for path in files for module in imports(path)}
+    foreign = used - sys.stdlib_module_names - {"rendulic"}
+    found = {normal(distribution) for name in foreign for distribution in of_name.get(name, [name])}
+    assert found == declared("cluster") - {"h5netcdf"}  # which xarray asks for by name
 
 
 @pytest.mark.parametrize("path", FILES, ids=name_of)
@@ -182,5 +160,5 @@ def test_public_names_exist():
     for name in rendulic.__all__:
         assert getattr(rendulic, name) is not None
     assert set(dir(rendulic)) == set(rendulic.__all__)
-    with pytest.raises(AttributeError, match="public names: chang_hicher"):
+    with pytest.raises(AttributeError, match=r"public names: ChangHicher, .*, chang_hicher"):
         rendulic.nonsense  # noqa: B018
