@@ -10,10 +10,11 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from rendulic.report.findings import Findings
 
 from rendulic.report import write_report
 from rendulic.report.live import LiveView
+from rendulic.study.execution.campaign import results_in
+from rendulic.views.anatomy import most_negative
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 if CHROMIUM is None:
@@ -23,8 +24,8 @@ playwright = pytest.importorskip("playwright.sync_api", reason="playwright is no
 # software rendering: three dimensions without a graphics card
 OPTIONS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 WIDTHS = (1280, 768, 390)
-DIAGRAM, WORK, LOADING, SPHERE, SPECIMEN, PLANES = (
-    f"#figure-{name}" for name in ("circles", "macro-micro", "loading", "sphere", "specimen", "planes")
+DIAGRAM, BESIDE, WORK, LOADING, SPHERE, SPECIMEN, PLANES = (
+    f"#figure-{name}" for name in ("fig3", "side_by_side", "fig4", "fig1", "sphere", "specimen", "fig9")
 )
 
 
@@ -41,6 +42,14 @@ def browser():
 def report(reported_study, tmp_path_factory):
     """The page of a study as a file."""
     return write_report(reported_study, tmp_path_factory.mktemp("page") / "report.html")
+
+
+@pytest.fixture(scope="module")
+def circle(reported_study):
+    """Probes at the first and the last state of the packing, by the name of the state."""
+    results = results_in(reported_study)
+    states = [state for state in results.states if results.plan.has_grains(state)]
+    return {str(state): results.of("probes")["circle", state].sel(norm=2e-4) for state in (states[0], states[-1])}
 
 
 @pytest.fixture(scope="module")
@@ -113,11 +122,8 @@ def test_it_may_ask_nobody(opened):
     assert any("Content Security Policy" in complaint for complaint in page.complaints)
 
 
-def test_the_slider_changes_the_diagram(page, reported_study):
+def test_the_slider_changes_the_diagram(page, circle):
     """By the keyboard: another state's values are drawn, here and in the figure that is linked."""
-    findings = Findings(reported_study)
-    first, last = findings.places
-    probes = findings.probes(findings.study.probes[0])
     show(page, WORK)
     show(page, DIAGRAM)
 
@@ -125,21 +131,20 @@ def test_the_slider_changes_the_diagram(page, reported_study):
         return np.array(drawn(page, DIAGRAM, "data.at(-1).r"))[:-1], np.array(drawn(page, WORK, "data[0].y"))
 
     slider = page.locator(f"{DIAGRAM} input[type=range]")
-    for key, place in (("Home", first), ("End", last)):
+    for key, (state, probes) in zip(("Home", "End"), circle.items(), strict=True):
         slider.press(key)
         page.wait_for_timeout(300)
-        assert slider.get_attribute("aria-valuetext") == str(place)
-        assert page.locator(f"{WORK} output").inner_text() == str(place)
+        assert slider.get_attribute("aria-valuetext") == state
+        assert page.locator(f"{WORK} output").inner_text() == state
         radii, works = shown()
-        np.testing.assert_allclose(radii, probes[place].sel(norm=2e-4).w2_normalised.values, rtol=1e-4)
-        np.testing.assert_allclose(works, probes[place].sel(norm=2e-4).w2_boundary.values, rtol=1e-4)
+        np.testing.assert_allclose(radii, probes.w2_normalised.values, rtol=1e-4)
+        np.testing.assert_allclose(works, probes.w2_boundary.values, rtol=1e-4)
 
 
-def test_hovering_tells_direction_and_work(page, reported_study):
+def test_hovering_tells_direction_and_work(page, circle):
     """At a point of the curve its alpha and its W2n are said."""
-    findings = Findings(reported_study)
     show(page, DIAGRAM)
-    data = findings.probes(findings.study.probes[0])[findings.places[-1]].sel(norm=2e-4, alpha=90.0)
+    data = list(circle.values())[-1].sel(alpha=90.0)
     # where the last curve has its point at 90 degrees
     point = page.locator(f"{DIAGRAM} .scatterlayer .trace").last.locator("path.point").nth(3)
     box = point.bounding_box()
@@ -150,9 +155,9 @@ def test_hovering_tells_direction_and_work(page, reported_study):
     assert f"W2n = {float(data.w2_normalised):.3f}" in told
 
 
-def test_a_state_of_the_curve_can_be_chosen(page, reported_study):
+def test_a_state_of_the_curve_can_be_chosen(page, circle):
     """By a click on its mark, and by the keyboard in the table."""
-    first, last = Findings(reported_study).places
+    first, last = circle
     show(page, LOADING)
     mark = (
         page.locator(f"{LOADING} .scatterlayer .trace", has=page.locator("path.point"))
@@ -164,9 +169,9 @@ def test_a_state_of_the_curve_can_be_chosen(page, reported_study):
     page.wait_for_timeout(200)
     page.mouse.down()
     page.mouse.up()
-    playwright.expect(page.locator(f"{DIAGRAM} output")).to_have_text(str(first))
+    playwright.expect(page.locator(f"{DIAGRAM} output")).to_have_text(first)
     page.locator(f"#loading button[data-state='{last}']").press("Enter")
-    playwright.expect(page.locator(f"{DIAGRAM} output")).to_have_text(str(last))
+    playwright.expect(page.locator(f"{DIAGRAM} output")).to_have_text(last)
     assert page.locator("#said").text_content() == f"Shown: {last}"
 
 
@@ -199,7 +204,7 @@ def test_the_specimen_turns(page):
 
 def test_the_specimen_is_filtered_and_coloured(page, reported_study):
     """Only negative contacts when asked, as many as there are; a colour for each class."""
-    found = Findings(reported_study).dissection
+    _, found = most_negative(results_in(reported_study))
     show(page, SPECIMEN)
     colour, what, work = page.locator(f"{SPECIMEN} select").all()
     what.select_option("contacts")
@@ -258,7 +263,12 @@ def test_it_fits_every_width(page, width, tmp_path):
         box = plot.bounding_box()
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= width
-    assert page.evaluate("figures.filter(each => each.isNarrow).length") == (10 if width < 500 else 0)
+    narrow = page.evaluate("figures.filter(each => each.isNarrow).length")
+    assert narrow == (page.locator("figure").count() if width < 500 else 0)
+    # circular diagrams of grains and sand: beside each other, or one below the other
+    left, right = (drawn(page, BESIDE, f"_fullLayout.{name}.domain") for name in ("polar", "polar2"))
+    assert (left["x"] == right["x"]) == (width < 500)
+    assert (left["y"] == right["y"]) == (width > 500)
     # views in three dimensions keep the room, and one colour bar
     for figure in (SPHERE, SPECIMEN, PLANES):
         room, view = (
@@ -305,9 +315,9 @@ def test_a_table_can_be_reduced(opened, report):
     other = report.with_name("one_disagrees.html")
     other.write_text(text.replace(good, "<td>disagrees</td>", 1), encoding="utf-8")
     page = opened(other.as_uri())
-    rows = page.locator("table[data-filter] tbody tr")
-    page.get_by_label("Show where judged is").select_option("disagrees")
-    shown = [row.inner_text() for row in rows.all() if row.is_visible()]
+    table = page.locator("table", has=page.locator("caption", has_text="Every direction: grains"))
+    page.get_by_label("Rows by judged").first.select_option("disagrees")
+    shown = [row.inner_text() for row in table.locator("tbody tr").all() if row.is_visible()]
     assert [line.split()[-1] for line in shown] == ["disagrees"]
 
 
@@ -319,7 +329,7 @@ def test_a_running_study_is_seen(opened, reported_study, browser):
         try:
             page = opened(live.address)
             page.wait_for_selector("#figures figure .main-svg")
-            total = len(Findings(reported_study).wanted)
+            total = len(results_in(reported_study).wanted)
             assert page.locator("#told").inner_text() == f"{total} of {total} units are done, 0 running, 0 failed"
             assert page.complaints == []
             assert {url[: len(live.address)] for url in page.asked if not url.startswith("data:")} == {live.address}
