@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import time
 from io import BytesIO
 
 import h5py
@@ -232,27 +233,30 @@ def test_a_claim_is_one_process_s(store):
         pass
 
 
-def test_a_look_never_disturbs_a_claim(store):
-    """While two others look as fast as they can, every claim succeeds, and no look sees one that is not there."""
+@pytest.mark.parametrize("was_killed", [False, True])
+def test_a_look_never_disturbs_a_claim(store, was_killed):
+    """While two others look again and again, every claim succeeds; also after a process that left its note."""
     store.folder.mkdir()
-    seen, stop = [], threading.Event()
+    seen, stop = set(), threading.Event()
 
     def look():
-        while not stop.is_set():
-            seen.append(store.is_claimed())
+        while not stop.wait(1e-3):
+            seen.add(store.is_claimed())
 
     lookers = [threading.Thread(target=look) for _ in range(2)]
     for each in lookers:
         each.start()
     try:
-        for _ in range(50):
+        for _ in range(20):
+            if was_killed:
+                store.write_json("holder.json", "process 0 on nowhere")
             with store.claimed():
-                pass
+                time.sleep(2e-3)
     finally:
         stop.set()
         for each in lookers:
             each.join()
-    assert len(seen) > 50
+    assert seen == {False, True}
     assert not store.is_claimed()
 
 

@@ -169,7 +169,7 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             # somebody who only looks holds the lock for less than a millisecond
-            held = self._lock().acquire(timeout=PATIENCE)
+            held = self._lock().acquire(timeout=PATIENCE, poll_interval=PATIENCE / 100)
         except Timeout:
             holder = self.read_json(HOLDER)
             who = holder if isinstance(holder, str) and holder.isprintable() else "another process"
@@ -190,15 +190,16 @@ class Store:
 
     def is_claimed(self) -> bool:
         """Whether a process works on this folder now; nothing is written, and no claim of another is disturbed."""
+        # without a note there is no holder; a killed process leaves its note, and then the lock tells
         try:
-            if (self.folder / LOCK).exists():
-                with self._lock().acquire(timeout=GLANCE, poll_interval=GLANCE / 5):
-                    return False
+            if not (self.folder / HOLDER).exists():
+                return False
+            with self._lock().acquire(timeout=GLANCE, poll_interval=GLANCE / 5):
+                return False
         except Timeout:
             return True
         except (OSError, NotImplementedError):
             return False
-        return False
 
     def _lock(self) -> BaseFileLock:
         return FileLock(self.folder / LOCK)
