@@ -9,8 +9,8 @@ import pytest
 
 from rendulic.chang_hicher import Parameters
 from rendulic.study.language.study import Figures
-from rendulic.study.specimens.chang_hicher import Sand
-from rendulic.study.specimens.grains import Contact, Grains, Loading
+from rendulic.study.specimens.chang_hicher import SandSpecimen
+from rendulic.study.specimens.grains import Contact, GrainsSpecimen, Loading
 from rendulic.study.tasks.measurement import measurements
 
 GOOD = """
@@ -49,7 +49,7 @@ vary = { k_pR = [0.5, 1.0] }
 GRAINS, SAND = '[[specimen]]\nkind = "grains"', '[[specimen]]\nkind = "chang_hicher"'
 # where a section begins, its model, and how it is called in messages
 SECTIONS = {
-    GRAINS: (Grains, "specimen 'loose', "), SAND: (Sand, "specimen 'hostun', "),
+    GRAINS: (GrainsSpecimen, "specimen 'loose', "), SAND: (SandSpecimen, "specimen 'hostun', "),
     "[specimen.material]": (Parameters, "specimen 'hostun', material, "),
     "[specimen.contact]": (Contact, "specimen 'loose', contact, "), "[specimen.loading]": (Loading, "specimen 'loose', loading, "),
     **{f"[[{table}]]": (model, f"{table} ") for table, model in measurements().items()}, "[figures]": (Figures, "figures, "),

@@ -11,7 +11,7 @@ import numpy as np
 from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure, sequence
 from rendulic.views import anatomy as anatomy_view
-from rendulic.views.anatomy import Anatomy, AnatomyAround
+from rendulic.views.anatomy import AnatomyAround, AnatomyView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,8 +42,8 @@ def anatomy(found: xr.Dataset, title: str = "") -> Figure:
     return _anatomy(anatomy_view.anatomy(found, title))
 
 
-@draw.register(Anatomy)
-def _anatomy(view: Anatomy) -> Figure:
+@draw.register(AnatomyView)
+def _anatomy(view: AnatomyView) -> Figure:
     found = view.found
     figure = new_figure(9.6, 6.0)
     with mpl.rc_context(RC):
@@ -58,7 +58,7 @@ def _anatomy(view: Anatomy) -> Figure:
     return figure
 
 
-def _classes(axes: Axes, view: Anatomy) -> None:
+def _classes(axes: Axes, view: AnatomyView) -> None:
     names, values = list(view.by_class), list(view.by_class.values())
     axes.bar(names, values, color=[NEGATIVE if value < 0.0 else POSITIVE for value in values], width=0.7)
     axes.axhline(0.0, color=INK, lw=0.6)

@@ -14,7 +14,7 @@ from rendulic.probing.edges import is_unknown
 from rendulic.views.amplitude import Amplitude, Sizes
 from rendulic.views.amplitude import amplitude as amplitude_view
 from rendulic.views.circular import LANDMARKS
-from rendulic.views.cones import ConeOfState, Cones
+from rendulic.views.cones import ConeOfState, ConesView
 from rendulic.views.cones import cones as cones_view
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
     return _cones(cones_view(found, title))
 
 
-@draw.register(Cones)
-def _cones(view: Cones) -> Figure:
+@draw.register(ConesView)
+def _cones(view: ConesView) -> Figure:
     figure = new_figure(7.4, 1.5 + 0.34 * len(view.rows))
     with mpl.rc_context(RC):
         left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.2, 1.0))

@@ -9,7 +9,7 @@ import matplotlib as mpl
 
 from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, FAINT, INK, NEGATIVE, RC, new_figure
-from rendulic.views.stress_probes import StressProbes, stress_probes
+from rendulic.views.stress_probes import StressProbesView, stress_probes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +31,8 @@ def stress_on_strain(tables: Mapping[str, xr.Dataset], title: str = "") -> Figur
     return _stress_probes(stress_probes(tables, title))
 
 
-@draw.register(StressProbes)
-def _stress_probes(view: StressProbes) -> Figure:
+@draw.register(StressProbesView)
+def _stress_probes(view: StressProbesView) -> Figure:
     columns = min(len(view.panels), 4)
     rows = -(-len(view.panels) // columns)
     figure = new_figure(0.6 + 2.4 * columns, 1.2 + 1.7 * rows)

@@ -8,7 +8,7 @@ import matplotlib as mpl
 
 from rendulic.figures.draw import draw
 from rendulic.figures.style import INK, RC, categories, new_figure
-from rendulic.views.loading import LoadingCurves, Mark, loading_curves
+from rendulic.views.loading import LoadingCurves, StateMark, loading_curves
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,11 +35,11 @@ def volume_change(curve: xr.Dataset, states: xr.Dataset | None = None) -> Figure
     return _loading(loading_curves({"": curve}, {"": _marks(states)}, "eps_v"))
 
 
-def _marks(states: xr.Dataset | None) -> list[Mark]:
+def _marks(states: xr.Dataset | None) -> list[StateMark]:
     if states is None:
         return []
     rows = [states.isel(record=k) for k in range(states.sizes["record"])]
-    return [Mark(float(row.eta), float(row.eps_1), float(row.q), float(row.eps_v)) for row in rows]
+    return [StateMark(float(row.eta), float(row.eps_1), float(row.q), float(row.eps_v)) for row in rows]
 
 
 @draw.register(LoadingCurves)

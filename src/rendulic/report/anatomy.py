@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rendulic.report.draw import interactive
 from rendulic.report.figure import Figure, Trace, numbers, sequence
-from rendulic.views.anatomy import Anatomy, AnatomyAround
+from rendulic.views.anatomy import AnatomyAround, AnatomyView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,8 +51,8 @@ def _traces(view: AnatomyAround) -> list[Trace]:
     ]  # fmt: skip
 
 
-@interactive(Anatomy)
-def anatomy(name: str, views: Mapping[str, Anatomy]) -> Figure:
+@interactive(AnatomyView)
+def anatomy(name: str, views: Mapping[str, AnatomyView]) -> Figure:
     """Bars by class of contact."""
     first = next(iter(views.values()))
     families = {label: {"": [_bars(view)]} for label, view in views.items()}
@@ -60,7 +60,7 @@ def anatomy(name: str, views: Mapping[str, Anatomy]) -> Figure:
     return Figure(name, f"{first.title}. {first.caption}", families, layout, choice="State")
 
 
-def _bars(view: Anatomy) -> Trace:
+def _bars(view: AnatomyView) -> Trace:
     works = view.by_class
     return {
         "type": "bar", "x": list(works), "y": numbers(list(works.values())), "hovertemplate": "%{x}: %{y:.4~g} J/m³<extra></extra>",

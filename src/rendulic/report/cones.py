@@ -12,7 +12,7 @@ from rendulic.report.figure import Figure, Trace, numbers
 from rendulic.report.tracks import box, edge_traces, level, sector_traces, smallest_trace, work_range
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.amplitude import Amplitude, Sizes
-from rendulic.views.cones import ConeOfState, Cones
+from rendulic.views.cones import ConeOfState, ConesView
 from rendulic.views.sectors import Track
 
 __all__ = ["amplitude", "cones"]
@@ -23,8 +23,8 @@ ZERO = {"color": "--negative", "width": 1.2, "dash": "dash"}
 ISOCHORIC = {"color": "--muted", "width": 1, "dash": "dot"}
 
 
-@interactive(Cones)
-def cones(name: str, views: Mapping[str, Cones]) -> Figure:
+@interactive(ConesView)
+def cones(name: str, views: Mapping[str, ConesView]) -> Figure:
     """Rows of states: sectors as bars, and beside them the smallest W2n."""
     low, high = min(view.low for view in views.values()), max(view.high for view in views.values())
     return Figure(
@@ -46,7 +46,7 @@ def cones(name: str, views: Mapping[str, Cones]) -> Figure:
     )  # fmt: skip
 
 
-def _rows(view: Cones, low: float, high: float) -> list[Trace]:
+def _rows(view: ConesView, low: float, high: float) -> list[Trace]:
     seen = [(row, one) for row in view.rows for sector in row.sectors for one in sector.within(low, high)]
     labels = [row.label for row in view.rows]
     ends = [labels[0], labels[-1]]

@@ -11,7 +11,7 @@ import numpy as np
 
 from rendulic.views.view import Table
 
-__all__ = ["Figure", "Section", "Trace", "categories", "embedded", "numbers", "sequence"]
+__all__ = ["Figure", "PageSection", "Trace", "categories", "embedded", "numbers", "sequence"]
 
 Trace = dict[str, Any]
 DIGITS = 5
@@ -99,7 +99,7 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A part of the page.
 
     Parameters

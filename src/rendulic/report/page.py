@@ -11,7 +11,7 @@ from typing import Any
 from rendulic import __version__
 from rendulic.foundation.whole_file import whole_file
 from rendulic.report.draw import drawn
-from rendulic.report.figure import Figure, Section, embedded
+from rendulic.report.figure import Figure, PageSection, embedded
 from rendulic.study.execution.campaign import results_in
 from rendulic.study.results import Results
 from rendulic.views.catalogue import catalogue
@@ -74,7 +74,7 @@ def write_report(folder: str | os.PathLike, path: str | os.PathLike | None = Non
     return path
 
 
-def sections(results: Results, names: tuple[str, ...] | None = None) -> list[Section]:
+def sections(results: Results, names: tuple[str, ...] | None = None) -> list[PageSection]:
     """Sections that the finished results fill; those of these names only, if some are given."""
     return [section for chapter in _chapters() if names is None or chapter.name in names
             if (section := _section(chapter, results)) is not None]  # fmt: skip
@@ -87,7 +87,7 @@ def _chapters() -> Iterator[Chapter]:
         yield Chapter("others", "More", others)
 
 
-def _section(chapter: Chapter, results: Results) -> Section | None:
+def _section(chapter: Chapter, results: Results) -> PageSection | None:
     parts: list[Any] = []
     words: list[str] = []
     for name in chapter.figures:
@@ -97,7 +97,7 @@ def _section(chapter: Chapter, results: Results) -> Section | None:
             words += said[:MOST_VERDICTS]
             if len(said) > MOST_VERDICTS:
                 words.append(f"And {len(said) - MOST_VERDICTS} more of this kind: see the table.")
-    return Section(chapter.name, chapter.heading, list(dict.fromkeys(words)), parts) if parts or words else None
+    return PageSection(chapter.name, chapter.heading, list(dict.fromkeys(words)), parts) if parts or words else None
 
 
 def render(results: Results) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from rendulic.report.draw import interactive
 from rendulic.report.figure import Figure, Trace
 from rendulic.report.spheres import ball, dots, scene
-from rendulic.views.planes import Planes
+from rendulic.views.planes import PlanesView
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +21,8 @@ FRAMES, MOST_TESTS = 13, 6  # on the page
 QUANTITIES = (("w2n_plane", "W2n of the plane", True), ("x_plane", "obliquity over peak friction", False))
 
 
-@interactive(Planes)
-def planes(name: str, views: Mapping[str, Planes]) -> Figure:
+@interactive(PlanesView)
+def planes(name: str, views: Mapping[str, PlanesView]) -> Figure:
     """A family for each test and quantity, a slider over the axial strain."""
     shown = dict(list(views.items())[:MOST_TESTS])
     families = {

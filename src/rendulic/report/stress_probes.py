@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 from rendulic.report.draw import caption_of, interactive
 from rendulic.report.figure import Figure, Trace, numbers
-from rendulic.views.stress_probes import Compared, StressProbes
+from rendulic.views.stress_probes import Compared, StressProbesView
 
 __all__ = ["stress_probes"]
 
 
-@interactive(StressProbes)
-def stress_probes(name: str, views: Mapping[str, StressProbes]) -> Figure:
+@interactive(StressProbesView)
+def stress_probes(name: str, views: Mapping[str, StressProbesView]) -> Figure:
     """A slider over the states."""
     return Figure(
         name, caption_of(views),

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rendulic.study.results import Results
     from rendulic.study.store.unit import Unit
 
-__all__ = ["STUDY_FIGURES", "Anatomy", "AnatomyAround", "anatomy", "anatomy_around"]
+__all__ = ["STUDY_FIGURES", "AnatomyAround", "AnatomyView", "anatomy", "anatomy_around"]
 
 AROUND = (
     "Against the direction of the increment: the share of contacts whose second-order work is negative; their work over that of "
@@ -35,7 +35,7 @@ HEADS = (
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Anatomy(View):
+class AnatomyView(View):
     """One probe, contact by contact: `found` is from `rd.anatomy`."""
 
     found: xr.Dataset
@@ -55,15 +55,15 @@ class AnatomyAround(View):
     probes: Mapping[str, xr.Dataset]
 
 
-def anatomy(found: xr.Dataset, title: str = "") -> Anatomy:
+def anatomy(found: xr.Dataset, title: str = "") -> AnatomyView:
     """The view of `rd.anatomy`."""
-    view = Anatomy(title=title, found=found)
+    view = AnatomyView(title=title, found=found)
     words = ", ".join(f"{name} {value:.3g}" for name, value in view.by_class.items())
     at = f" at {found.attrs['alpha']:g} degrees" if "alpha" in found.attrs else ""
     caption = f"Second-order work in J/m³ by class of contact{at}: {words}."
     share = f"{100 * float(found.negative_contacts):.0f} % of the contacts have negative second-order work"
     verdict = f"{share}; {100 * float(found.carriers):.1f} % carry half of it."
-    return Anatomy(title=title, caption=caption, verdict=verdict, found=found)
+    return AnatomyView(title=title, caption=caption, verdict=verdict, found=found)
 
 
 def anatomy_around(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rendulic.study.results import Results
     from rendulic.study.store.unit import Unit
 
-__all__ = ["STUDY_FIGURES", "ConeOfState", "Cones", "cones", "cones_of_study", "size_of_probes"]
+__all__ = ["STUDY_FIGURES", "ConeOfState", "ConesView", "cones", "cones_of_study", "size_of_probes"]
 
 CAPTION = (
     "Directions of the strain increment in which second-order work is negative, for each state, and beside them its "
@@ -80,7 +80,7 @@ class ConeOfState:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Cones(View):
+class ConesView(View):
     """Rows of states, in sight between two directions in degrees."""
 
     rows: tuple[ConeOfState, ...]
@@ -88,7 +88,7 @@ class Cones(View):
     high: float
 
 
-def cones(found: Mapping[str, Cone], title: str = "", states: Mapping[str, str] | None = None) -> Cones:
+def cones(found: Mapping[str, Cone], title: str = "", states: Mapping[str, str] | None = None) -> ConesView:
     """Cones one beneath the other.
 
     Parameters
@@ -102,7 +102,7 @@ def cones(found: Mapping[str, Cone], title: str = "", states: Mapping[str, str] 
     """
     rows = tuple(_row(label, cone, (states or {}).get(label, label)) for label, cone in found.items())
     low, high = direction_range(sector for row in rows for sector in row.sectors)
-    return Cones(
+    return ConesView(
         title=title, caption=CAPTION, verdict=_verdict(rows), tables=(_table(rows),), rows=rows, low=low, high=high
     )
 
@@ -134,7 +134,7 @@ def _table(rows: tuple[ConeOfState, ...]) -> Table:
         for row in rows
     ]  # fmt: skip
     marks: list[Mark] = ["doubtful" if not row.is_significant else "bad" if row.smallest < 0.0 else "" for row in rows]
-    return Table("Cones", HEADS, cells, goes_to=[row.state for row in rows], marks=marks, marked=3)
+    return Table("ConesView", HEADS, cells, goes_to=[row.state for row in rows], marks=marks, marked=3)
 
 
 def cones_of_study(results: Results) -> Mapping[str, View]:
@@ -169,7 +169,7 @@ def _families(results: Results) -> Mapping[str, View]:
     return made
 
 
-def _all_cones(results: Results) -> Cones:
+def _all_cones(results: Results) -> ConesView:
     found = {str(state): cone for state, cone in results.cones.items()}
     return cones(found, f"Cones, {size_of_probes(results)}")
 

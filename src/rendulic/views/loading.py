@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rendulic.study.results import Results
     from rendulic.study.store.unit import Unit
 
-__all__ = ["STUDY_FIGURES", "LoadingCurve", "LoadingCurves", "Mark", "loading_curves", "states_table"]
+__all__ = ["STUDY_FIGURES", "LoadingCurve", "LoadingCurves", "StateMark", "loading_curves", "states_table"]
 
 CAPTION = (
     "Deviatoric stress q and change of volume against axial strain; compression is positive, and a volume change below zero is "
@@ -31,7 +31,7 @@ STATE_HEADS = ("state", "η", "q [kPa]", "p [kPa]", "ε₁ [%]", "ε_v [%]", "vo
 
 
 @dataclass(frozen=True)
-class Mark:
+class StateMark:
     """A state on a curve: stresses in Pa, strains as numbers."""
 
     eta: float
@@ -49,7 +49,7 @@ class LoadingCurve:
     eps_1: np.ndarray
     q: np.ndarray
     eps_v: np.ndarray
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[StateMark, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,7 +62,7 @@ class LoadingCurves(View):
 
 def loading_curves(
     curves: Mapping[str, xr.Dataset],
-    marks: Mapping[str, Iterable[Mark]] | None = None,
+    marks: Mapping[str, Iterable[StateMark]] | None = None,
     quantity: Literal["q", "eps_v"] = "q",
     title: str = "",
     tables: tuple[Table, ...] = (),
@@ -92,9 +92,9 @@ def _told(one: LoadingCurve, quantity: str) -> str:
     return f"it {word} by {100 * abs(one.eps_v[-1]):.2f} % until {100 * one.eps_1[-1]:.2f} % axial strain"
 
 
-def _mark(state: StateId, specimen: Specimen) -> Mark:
+def _mark(state: StateId, specimen: Specimen) -> StateMark:
     stress, strain = specimen.stress, specimen.strain
-    return Mark(
+    return StateMark(
         float(stress_ratio(stress)),
         float(strain[0, 0]),
         float(deviatoric_stress(stress)),
@@ -161,7 +161,7 @@ def _together(results: Results) -> dict[str, View]:
         curves = {str(one): curve for one in samples if (curve := results.whole_curve(one)) is not None}
         if curves:
             specimens = {state: results.state(state) for state in results.states if str(state.sample) in curves}
-            marks: dict[str, list[Mark]] = {}
+            marks: dict[str, list[StateMark]] = {}
             for state, specimen in specimens.items():
                 marks.setdefault(str(state.sample), []).append(_mark(state, specimen))
             table = states_table({str(state): one for state, one in specimens.items()})

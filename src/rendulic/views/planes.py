@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rendulic.study.results import Results
     from rendulic.study.store.unit import Unit
 
-__all__ = ["STUDY_FIGURES", "PlanePaths", "PlaneWork", "Planes", "plane_paths", "plane_work", "planes"]
+__all__ = ["STUDY_FIGURES", "PlanePaths", "PlaneWork", "PlanesView", "plane_paths", "plane_work", "planes"]
 
 PATHS = (
     "Local stress paths, shear against normal stress, of one plane of every inclination to the axis. Full dots are where the "
@@ -33,7 +33,7 @@ SPHERE = "Contact planes at their normals (each at both ends) on the unit sphere
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Planes(View):
+class PlanesView(View):
     """All contact planes of a test.
 
     Parameters
@@ -62,11 +62,11 @@ class Planes(View):
         return float(curve.event_eps_1[found[0]]) if len(found) else None
 
 
-class PlanePaths(Planes):
+class PlanePaths(PlanesView):
     """Local stress paths."""
 
 
-class PlaneWork(Planes):
+class PlaneWork(PlanesView):
     """Local second-order work."""
 
 
@@ -93,11 +93,11 @@ def plane_work(curve: xr.Dataset, title: str = "") -> PlaneWork:
     return PlaneWork(title=title, caption=WORK, verdict=verdict, curve=curve)
 
 
-def planes(curve: xr.Dataset, title: str = "") -> Planes:
+def planes(curve: xr.Dataset, title: str = "") -> PlanesView:
     """The view of all planes on the sphere."""
     end = int((_checked(curve).w2_plane.values[-1] < 0.0).sum())
     verdict = f"At its end {end} of {curve.sizes['plane']} planes have negative second-order work."
-    return Planes(title=title, caption=SPHERE, verdict=verdict, curve=curve)
+    return PlanesView(title=title, caption=SPHERE, verdict=verdict, curve=curve)
 
 
 def _needs(plan: Plan) -> list[Unit]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rendulic.study.results import Results
     from rendulic.study.store.unit import Unit
 
-__all__ = ["STUDY_FIGURES", "Compared", "StressProbes", "stress_probes"]
+__all__ = ["STUDY_FIGURES", "Compared", "StressProbesView", "stress_probes"]
 
 CAPTION = (
     "Normalised second-order work W2n of stress probes (dots) and, interpolated at the same direction and size of strain, of "
@@ -41,13 +41,13 @@ class Compared:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StressProbes(View):
+class StressProbesView(View):
     """A panel for each state."""
 
     panels: tuple[Compared, ...]
 
 
-def stress_probes(tables: Mapping[str, xr.Dataset], title: str = "") -> StressProbes:
+def stress_probes(tables: Mapping[str, xr.Dataset], title: str = "") -> StressProbesView:
     """The view of tables from `rendulic.probing.consistency.stress_on_strain`, by label."""
     panels = []
     for label, table in tables.items():
@@ -60,7 +60,7 @@ def stress_probes(tables: Mapping[str, xr.Dataset], title: str = "") -> StressPr
     shown = Table("Difference of stress probes from strain probes", ("state", "rms of W2n", "compared", "probes"), rows)
     worst = max(panels, key=lambda one: one.rms if np.isfinite(one.rms) else -1.0)
     verdict = f"The largest root mean square difference of W2n is {worst.rms:.2g}, at {worst.label}."
-    return StressProbes(title=title, caption=CAPTION, verdict=verdict, tables=(shown,), panels=tuple(panels))
+    return StressProbesView(title=title, caption=CAPTION, verdict=verdict, tables=(shown,), panels=tuple(panels))
 
 
 def _needs(plan: Plan) -> list[Unit]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rendulic.chang_hicher.kernels.arrays import Control
+from rendulic.chang_hicher.kernels.arrays import ControlArrays
 from rendulic.chang_hicher.kernels.rates import homogenise
 from rendulic.chang_hicher.measure.planes import reference_scales, state_of_planes
 from rendulic.chang_hicher.state import PointState
@@ -15,7 +15,9 @@ EXCHANGE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])  # of t
 MIRRORS = (np.diag([-1.0, 1.0, 1.0]), np.diag([1.0, -1.0, 1.0]), np.diag([1.0, 1.0, -1.0]))
 
 
-def control_of(point: PointState, stress_rows: np.ndarray, strain_rows: np.ndarray, target: np.ndarray) -> Control:
+def control_of(
+    point: PointState, stress_rows: np.ndarray, strain_rows: np.ndarray, target: np.ndarray
+) -> ControlArrays:
     """The kernels' control from three principal equations; strain equations are multiplied by a stiffness."""
     stress_six, strain_six, goal = six_equations(point, stress_rows, strain_rows, target)
     seen = state_of_planes(point)
@@ -24,7 +26,7 @@ def control_of(point: PointState, stress_rows: np.ndarray, strain_rows: np.ndarr
     strain_six *= stiffness
     homogenise(point.material, point.model.planes, np.zeros(len(point.memory), dtype=bool), seen)
     sign = float(np.sign(np.linalg.det(stress_six + strain_six @ seen.compliance)))
-    return Control(stress_six, strain_six, goal, sign, p, p / stiffness)
+    return ControlArrays(stress_six, strain_six, goal, sign, p, p / stiffness)
 
 
 def six_equations(

@@ -8,7 +8,7 @@ from typing import Any
 from rendulic.chang_hicher.drive.phase import PhaseRecord
 from rendulic.chang_hicher.kernels import integrate
 from rendulic.chang_hicher.kernels.arrays import (
-    Control,
+    ControlArrays,
     Ends,
     Problem,
     Records,
@@ -54,7 +54,7 @@ class Integration:
     """
 
     def __init__(
-        self, point: PointState, control: Control, tolerance: float = TOLERANCE, largest_step: float = 1.0, *,
+        self, point: PointState, control: ControlArrays, tolerance: float = TOLERANCE, largest_step: float = 1.0, *,
         first_step: float = FIRST_STEP, watches_planes: bool = True, ends: Mapping[str, Any] | None = None,
     ) -> None:  # fmt: skip
         self.point = point

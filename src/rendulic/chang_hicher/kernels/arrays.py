@@ -22,7 +22,7 @@ from rendulic.chang_hicher.law.plane_law import FORMULATIONS
 from rendulic.chang_hicher.law.planes import Planes
 
 __all__ = [
-    "CONSISTENT", "EQ32", "LARGEST_CHANGE", "NEXT_STEP", "N_TRIED", "PRINTED", "Control", "Ends", "PathState",
+    "CONSISTENT", "EQ32", "LARGEST_CHANGE", "NEXT_STEP", "N_TRIED", "PRINTED", "ControlArrays", "Ends", "PathState",
     "Problem", "Records", "Scratch", "Settings", "Trial", "new_path_state", "new_records", "new_scratch",
 ]  # fmt: skip
 
@@ -32,7 +32,7 @@ PRINTED, EQ32, CONSISTENT = (FORMULATIONS.index(name) for name in ("printed", "e
 NEXT_STEP, N_TRIED, LARGEST_CHANGE = range(3)
 
 
-class Control(NamedTuple):
+class ControlArrays(NamedTuple):
     """Six linear equations per unit of the path's parameter: `S d_sigma + E d_eps = r d_lambda`."""
 
     stress_rows: np.ndarray  # (6, 6)
@@ -61,7 +61,7 @@ class Problem(NamedTuple):
 
     material: MaterialConstants
     planes: Planes
-    control: Control
+    control: ControlArrays
     ends: Ends
 
 

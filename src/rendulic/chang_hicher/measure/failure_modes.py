@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rendulic.chang_hicher.kernels.arrays import Control, Scratch
+from rendulic.chang_hicher.kernels.arrays import ControlArrays, Scratch
 from rendulic.chang_hicher.kernels.columns import PLANE, SHARED, STATE_ENTRIES, width
 from rendulic.chang_hicher.kernels.integrate import find_at_yield
 from rendulic.chang_hicher.kernels.rates import VALID, find_loading_planes, void_ratio_effect
@@ -81,7 +81,7 @@ def tangent(point: PointState, d_eps: np.ndarray) -> Tangent:
     seen = state_of_planes(point)
     n = len(point.memory)
     p, stiffness = reference_scales(point, seen)
-    control = Control(np.zeros((6, 6)), stiffness * np.eye(6), stiffness * direction, 1.0, p, p / stiffness)
+    control = ControlArrays(np.zeros((6, 6)), stiffness * np.eye(6), stiffness * direction, 1.0, p, p / stiffness)
     at_yield, active, rate = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool), np.zeros(width(STATE_ENTRIES))
     find_at_yield(seen, active, at_yield)
     status = find_loading_planes(

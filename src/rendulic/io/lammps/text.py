@@ -11,10 +11,10 @@ import numpy as np
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.io.snapshot import LARGEST
 
-__all__ = ["Dump", "Table", "numbers_of", "read_dump", "rows_of", "table_of", "text_of", "whole_numbers_of"]
+__all__ = ["Dump", "TextTable", "numbers_of", "read_dump", "rows_of", "table_of", "text_of", "whole_numbers_of"]
 
 
-class Table(NamedTuple):
+class TextTable(NamedTuple):
     """Rows of words under the names of their columns."""
 
     columns: list[str]
@@ -27,7 +27,7 @@ class Dump(NamedTuple):
     step: int
     box: np.ndarray  # (6,)
     periodic: np.ndarray  # (3,)
-    table: Table
+    table: TextTable
 
 
 def text_of(path: Path) -> str:
@@ -96,7 +96,7 @@ def _count(path: Path, name: str, text: str) -> int:
     return number
 
 
-def table_of(path: Path, columns: list[str], text: str) -> Table:
+def table_of(path: Path, columns: list[str], text: str) -> TextTable:
     """Rows of as many words as there are columns.
 
     Raises
@@ -112,10 +112,10 @@ def table_of(path: Path, columns: list[str], text: str) -> Table:
             raise CorruptFile(
                 f"{path}, row {number + 1} has {found} columns, expected the {len(columns)} of its heading"
             )
-    return Table(columns, rows)
+    return TextTable(columns, rows)
 
 
-def numbers_of(path: Path, table: Table, names: tuple[str, ...]) -> np.ndarray:
+def numbers_of(path: Path, table: TextTable, names: tuple[str, ...]) -> np.ndarray:
     """(n, len(names)) finite numbers of the columns `names`.
 
     Raises
@@ -148,7 +148,7 @@ def _number(word: str) -> float:
         return np.nan
 
 
-def whole_numbers_of(path: Path, table: Table, name: str) -> np.ndarray:
+def whole_numbers_of(path: Path, table: TextTable, name: str) -> np.ndarray:
     values = numbers_of(path, table, (name,))[:, 0]
     wrong = (values != np.round(values)) | (np.abs(values) > 2.0**53)
     if wrong.any():
@@ -157,7 +157,7 @@ def whole_numbers_of(path: Path, table: Table, name: str) -> np.ndarray:
     return values.astype(np.int64)
 
 
-def rows_of(path: Path, table: Table, name: str, ids: np.ndarray) -> np.ndarray:
+def rows_of(path: Path, table: TextTable, name: str, ids: np.ndarray) -> np.ndarray:
     """Rows of the grains that a column of ids names."""
     found = whole_numbers_of(path, table, name)
     row = np.minimum(np.searchsorted(ids, found), max(len(ids) - 1, 0))

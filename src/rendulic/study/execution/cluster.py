@@ -76,7 +76,7 @@ class ClusterWorkers:
             self._events.put(Event("progress", told["key"], told["progress"]))
 
     def submit(self, order: Mapping[str, Any], threads: int) -> None:
-        """Hand a unit to the scheduler; `threads` is of no account, as workers there have a thread for each unit."""
+        """Hand a unit to the scheduler; `threads` does not matter, as workers there have a thread for each unit."""
         future = self._client.submit(
             carry_out_on_worker, json.dumps(order), self.folder, key=f"rendulic-{order['key']}-{id(self)}",
             pure=False,

@@ -17,8 +17,8 @@ from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.validation import read_toml, validated
 from rendulic.study.language.old_form import is_old_form, new_form, new_text
 from rendulic.study.language.study import Figures, Study
-from rendulic.study.specimens.chang_hicher import Sand
-from rendulic.study.specimens.grains import Contact, Grains, Loading
+from rendulic.study.specimens.chang_hicher import SandSpecimen
+from rendulic.study.specimens.grains import Contact, GrainsSpecimen, Loading
 from rendulic.study.tasks.measurement import Selected, measurements
 
 __all__ = ["PRESETS", "preset", "preset_text", "read_study", "study_from", "template", "with_seed"]
@@ -37,7 +37,7 @@ BEGIN: tuple[tuple[str, dict[str, Any]], ...] = (
     ("path", {"name": "undrained", "specimens": ["hostun"], "path": "undrained"}),
 )  # fmt: skip
 DRAWN = {"draw": ["fig3", "cones", "elements"]}
-SPECIMENS: dict[str, type[BaseModel]] = {"grains": Grains, "chang_hicher": Sand}
+SPECIMENS: dict[str, type[BaseModel]] = {"grains": GrainsSpecimen, "chang_hicher": SandSpecimen}
 HEAD = """# A study for rendulic. Run it: rendulic run THIS_FILE -o results
 # Lines that begin with # and have a value show the default; ... means that nothing is given. Stresses in Pa, lengths in m,
 # strains as numbers; compression positive. Every table in double brackets may be repeated or left out.
@@ -122,7 +122,9 @@ def with_seed(study: Study, seed: int) -> Study:
     table = study.model_dump(exclude_unset=True)
     for each in table["specimen"]:
         if each["kind"] == "grains":
-            each["seeds"] = [own + seed - first for own in each.get("seeds", Grains.model_fields["seeds"].default)]
+            each["seeds"] = [
+                own + seed - first for own in each.get("seeds", GrainsSpecimen.model_fields["seeds"].default)
+            ]
     for name in measurements():
         for each in table.get(name, ()):
             if "seeds" in each:

@@ -20,7 +20,7 @@ from rendulic.study.task import How, Parts, Task
 from rendulic.study.values import VoidRatios
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev
 
-__all__ = ["Sand", "SandSample", "SandState", "sphere_rule"]
+__all__ = ["LoadSand", "MakeSand", "SandSpecimen", "sphere_rule"]
 
 Formulation = Literal["consistent", "eq32", "printed"]
 
@@ -35,7 +35,7 @@ def sphere_rule(name: str) -> SphereRule:
     return lebedev(int(degree))
 
 
-class Sandy(Section):
+class SandMaterial(Section):
     """A material of the model, and how the model is evaluated."""
 
     material: Parameters = Field(Parameters(), description="values of its own, instead of the preset's")
@@ -49,7 +49,7 @@ class Sandy(Section):
         return name
 
     @model_validator(mode="after")
-    def _planes_do_not_snap(self) -> Sandy:
+    def _planes_do_not_snap(self) -> SandMaterial:
         check_denominator(self.material, self.formulation, self.material.tan_phi_mu)
         return self
 
@@ -60,7 +60,7 @@ class Sandy(Section):
         )
 
 
-class SandSample(Sandy, Task):
+class MakeSand(SandMaterial, Task):
     """A sand under an isotropic pressure, as it was deposited."""
 
     work: ClassVar[str] = "sand"
@@ -72,7 +72,7 @@ class SandSample(Sandy, Task):
         return {"state": self.model().at(self.pressure_pa, self.void_ratio).save()}
 
 
-class SandState(Task):
+class LoadSand(Task):
     """A sand loaded to a stress ratio, drained or undrained; or on to the end."""
 
     work: ClassVar[str] = "sand state"
@@ -105,7 +105,7 @@ class SandState(Task):
         return {"state": point.save(), "curve": curve}
 
 
-class Sand(SpecimenSection, Sandy):
+class SandSpecimen(SpecimenSection, SandMaterial):
     """Samples of one sand of the Chang-Hicher model, one for each void ratio, loaded through their states."""
 
     kind: Literal["chang_hicher"]
@@ -136,11 +136,11 @@ class Sand(SpecimenSection, Sandy):
         return "Chang-Hicher model"
 
     def make(self, sample: SampleId) -> Task:
-        own = {name: getattr(self, name) for name in Sandy.model_fields}
-        return SandSample(**own, pressure_pa=self.pressure_pa, void_ratio=sample.value)
+        own = {name: getattr(self, name) for name in SandMaterial.model_fields}
+        return MakeSand(**own, pressure_pa=self.pressure_pa, void_ratio=sample.value)
 
     def reach(self, eta: float | None) -> Task:
-        return SandState(
+        return LoadSand(
             path=self.path,
             eta=eta,
             axial_strain=self.axial_strain,

@@ -18,7 +18,7 @@ from rendulic.study.specimens.section import SpecimenSection
 from rendulic.study.task import How, Parts, Task
 from rendulic.study.values import Damping, Friction, Porosity, Seeds
 
-__all__ = ["Contact", "GrainState", "Grains", "Loading", "Packing"]
+__all__ = ["Contact", "GrainsSpecimen", "LoadPacking", "Loading", "MakePacking"]
 
 MARGIN = 0.05  # of the mean radius: how far from each other neighbours are listed, `dem.Assembly`
 SOLID = 0.6  # solid fraction, about
@@ -106,7 +106,7 @@ class Recipe(Section):
         return (self.n_grains * 4.0 / 3.0 * pi * mean_cube / SOLID) ** (1.0 / 3.0)
 
 
-class Packing(Recipe, Task):
+class MakePacking(Recipe, Task):
     """One packing at rest under its isotropic pressure."""
 
     work: ClassVar[str] = "packing"
@@ -122,7 +122,7 @@ class Packing(Recipe, Task):
         return {"state": sample.save()}
 
 
-class GrainState(Task):
+class LoadPacking(Task):
     """A packing sheared, drained, to a stress ratio and brought to rest there; or on to the end."""
 
     work: ClassVar[str] = "state"
@@ -153,7 +153,7 @@ class GrainState(Task):
         return {"state": sample.save(), "curve": curve}
 
 
-class Grains(SpecimenSection, Recipe):
+class GrainsSpecimen(SpecimenSection, Recipe):
     """Packings of one recipe, one for each seed, sheared drained through their states."""
 
     has_grains: ClassVar[bool] = True
@@ -176,10 +176,10 @@ class Grains(SpecimenSection, Recipe):
 
     def make(self, sample: SampleId) -> Task:
         recipe = {name: getattr(self, name) for name in Recipe.model_fields}
-        return Packing(**recipe, seed=int(sample.value))
+        return MakePacking(**recipe, seed=int(sample.value))
 
     def reach(self, eta: float | None) -> Task:
-        return GrainState(
+        return LoadPacking(
             eta=eta, lateral_stress_pa=self.pressure_pa, axial_strain=self.axial_strain, loading=self.loading
         )
 

@@ -9,15 +9,15 @@ from pydantic import Field
 
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.paths import Path
-from rendulic.study.specimens.chang_hicher import Sand
-from rendulic.study.specimens.grains import Grains, Loading
+from rendulic.study.specimens.chang_hicher import SandSpecimen
+from rendulic.study.specimens.grains import GrainsSpecimen, Loading
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["AnySpecimen", "follow"]
 
-AnySpecimen = Annotated[Grains | Sand, Field(discriminator="kind")]
+AnySpecimen = Annotated[GrainsSpecimen | SandSpecimen, Field(discriminator="kind")]
 
 
 def follow(specimen: Any, path: Path, options: Mapping[str, Any], progress: Progress = silent) -> xr.Dataset:

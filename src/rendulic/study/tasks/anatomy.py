@@ -11,10 +11,10 @@ from rendulic.probing.anatomy import anatomy
 from rendulic.study.task import How, Parts, Task, at_rest
 from rendulic.tensors.rendulic_plane import increment_along
 
-__all__ = ["Anatomy"]
+__all__ = ["AnatomyOfState"]
 
 
-class Anatomy(Task):
+class AnatomyOfState(Task):
     """The anatomy of a state's most unstable direction among those probed, with every contact."""
 
     work: ClassVar[str] = "anatomy"

@@ -14,18 +14,18 @@ from rendulic.loading import directions
 from rendulic.probing.burst import bursts
 from rendulic.probing.cone import Cone, cone_of
 from rendulic.study.task import How, Parts, at_rest
-from rendulic.study.tasks.cones import Cones
-from rendulic.study.tasks.measurement import Study
+from rendulic.study.tasks.cones import ConeSet
+from rendulic.study.tasks.measurement import AnyStudy
 from rendulic.study.tasks.of_cones import OfCones
 from rendulic.study.values import Step, Steps
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Bursts", "around_and_within"]
+__all__ = ["BurstSet", "around_and_within"]
 
 
-class Bursts(OfCones):
+class BurstSet(OfCones):
     """Bursts around and within the cones of a set: predicted against observed failure."""
 
     table: ClassVar[str] = "bursts"
@@ -38,12 +38,12 @@ class Bursts(OfCones):
         None, description="size of the probes whose cone is taken; the set's if not given"
     )
 
-    def check(self, study: Study) -> None:
+    def check(self, study: AnyStudy) -> None:
         cones = self.its_cones(study)
         if self.cone_norm is not None and self.cone_norm not in cones.sizes:
             raise ValueError(f"{self.what}: cone_norm = {self.cone_norm:g} is not among the sizes of {cones.what}")
 
-    def like(self, cones: Cones) -> Self:
+    def like(self, cones: ConeSet) -> Self:
         return super().like(cones).model_copy(update={"cone_norm": self.cone_norm or cones.norm})
 
     def run(self, needs: Mapping[str, Parts], how: How) -> Parts:

@@ -11,13 +11,13 @@ from rendulic.foundation.validation import Positive
 from rendulic.loading import directions
 from rendulic.probing.cone import probe_to_edges
 from rendulic.study.task import How, Parts, at_rest
-from rendulic.study.tasks.measurement import Selected, Study
+from rendulic.study.tasks.measurement import AnyStudy, Selected
 from rendulic.study.values import Damping, Norms, Step, Steps
 
-__all__ = ["Cones"]
+__all__ = ["ConeSet"]
 
 
-class Cones(Selected):
+class ConeSet(Selected):
     """Edges of the unstable sectors of every state, by bisection."""
 
     table: ClassVar[str] = "cones"
@@ -32,7 +32,7 @@ class Cones(Selected):
     tolerance_deg: Positive = Field(0.5, le=30, description="to which the edges are bracketed")
 
     @model_validator(mode="after")
-    def _norm_is_among_norms(self) -> Cones:
+    def _norm_is_among_norms(self) -> ConeSet:
         if self.norms is not None and self.norm not in self.norms:
             raise ValueError(f"norm = {self.norm:g} must be one of the norms {', '.join(f'{n:g}' for n in self.norms)}")
         return self
@@ -42,7 +42,7 @@ class Cones(Selected):
         """All norms."""
         return self.norms or (self.norm,)
 
-    def check(self, study: Study) -> None:
+    def check(self, study: AnyStudy) -> None:
         super().check(study)
         for specimen in study.specimen:
             if not self.specimens or specimen.name in self.specimens:

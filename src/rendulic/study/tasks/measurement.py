@@ -16,10 +16,10 @@ from rendulic.study.store.unit import Unit
 from rendulic.study.task import Parts, Task, kinds_of_work
 from rendulic.study.values import Name, Names, Seeds, StressRatios, VoidRatios
 
-__all__ = ["Measurement", "Plan", "Selected", "Study", "measurements"]
+__all__ = ["AnyPlan", "AnyStudy", "Measurement", "Selected", "measurements"]
 
 
-class Study(Protocol):
+class AnyStudy(Protocol):
     """What a measurement may know of its study."""
 
     @property
@@ -29,11 +29,11 @@ class Study(Protocol):
         """The sets of a table by name."""
 
 
-class Plan(Protocol):
+class AnyPlan(Protocol):
     """What a measurement may do to a plan."""
 
     @property
-    def study(self) -> Study: ...
+    def study(self) -> AnyStudy: ...
 
     def state(self, state: StateId) -> Unit:
         """The unit that makes a state."""
@@ -72,18 +72,18 @@ class Measurement(Task):
         """The set in words."""
         return f"{self.table} '{self.name}'"
 
-    def states(self, study: Study) -> Iterator[StateId | None]:
+    def states(self, study: AnyStudy) -> Iterator[StateId | None]:
         """The states that are meant, in the order of the study; None alone for what needs no state."""
         yield None
 
-    def check(self, study: Study) -> None:
+    def check(self, study: AnyStudy) -> None:
         """Raise `ValueError` if it does not fit the rest of the study."""
 
     def count(self) -> int:
         """How many units it has at each state, at most."""
         return 1
 
-    def add(self, plan: Plan, state: StateId | None) -> None:
+    def add(self, plan: AnyPlan, state: StateId | None) -> None:
         """Put its units at one state into the plan: one unit that needs the state, if a subclass does not say otherwise."""
         if state is None:
             plan.put(self, None, self.unit(self.what))
@@ -111,7 +111,7 @@ class Selected(Measurement):
     void_ratios: VoidRatios = Field((), description="initial void ratios of sands; all if not given")
     eta: StressRatios = Field((), description="stress ratios of the states; all if not given")
 
-    def states(self, study: Study) -> Iterator[StateId | None]:
+    def states(self, study: AnyStudy) -> Iterator[StateId | None]:
         for specimen in study.specimen:
             if self.specimens and specimen.name not in self.specimens:
                 continue
@@ -124,7 +124,7 @@ class Selected(Measurement):
         """Those of a sample's states that are meant; the first is the sample as made."""
         return (state for state in states if state.eta is not None and (not self.eta or state.eta in self.eta))
 
-    def check(self, study: Study) -> None:
+    def check(self, study: AnyStudy) -> None:
         for name in self.specimens:
             one_of(name, [specimen.name for specimen in study.specimen], f"specimen in {self.what}")
         meant = [one for one in study.specimen if not self.specimens or one.name in self.specimens]

@@ -11,8 +11,8 @@ from rendulic.foundation.errors import one_of
 from rendulic.foundation.validation import Positive
 from rendulic.study.ids import StateId
 from rendulic.study.task import Task
-from rendulic.study.tasks.cones import Cones
-from rendulic.study.tasks.measurement import Measurement, Plan, Study
+from rendulic.study.tasks.cones import ConeSet
+from rendulic.study.tasks.measurement import AnyPlan, AnyStudy, Measurement
 from rendulic.study.values import Damping, Name
 
 __all__ = ["OfCones"]
@@ -31,25 +31,25 @@ class OfCones(Measurement):
     def from_inputs(cls, inputs: Mapping[str, Any]) -> Task:
         return super().from_inputs({"cones": "unit", **inputs})
 
-    def its_cones(self, study: Study) -> Cones:
+    def its_cones(self, study: AnyStudy) -> ConeSet:
         """The set of cones."""
-        sets: Any = study.sets(Cones.table)
+        sets: Any = study.sets(ConeSet.table)
         return sets[one_of(self.cones, sets, f"set of cones in {self.what}")]
 
-    def check(self, study: Study) -> None:
+    def check(self, study: AnyStudy) -> None:
         self.its_cones(study)
 
-    def states(self, study: Study) -> Iterator[StateId | None]:
+    def states(self, study: AnyStudy) -> Iterator[StateId | None]:
         return self.its_cones(study).states(study)
 
-    def add(self, plan: Plan, state: StateId | None) -> None:
+    def add(self, plan: AnyPlan, state: StateId | None) -> None:
         assert state is not None
         cones = self.its_cones(plan.study)
-        (cone,) = plan.of(Cones.table)[self.cones, state]
+        (cone,) = plan.of(ConeSet.table)[self.cones, state]
         unit = self.like(cones).unit(f"{self.what}: {state}", state=plan.state(state), cone=cone)
         plan.put(self, state, unit)
 
-    def like(self, cones: Cones) -> Self:
+    def like(self, cones: ConeSet) -> Self:
         """The same with the set's norm and damping, where it has none of its own."""
         damping = cones.damping if self.damping is None else self.damping
         return self.model_copy(update={"norm": self.norm or cones.norm, "damping": damping})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -16,12 +16,12 @@ from rendulic.specimen.registry import specimen_of
 from rendulic.study.ids import StateId
 from rendulic.study.specimens.union import follow
 from rendulic.study.task import How, Parts, Task
-from rendulic.study.tasks.measurement import Plan, Selected
+from rendulic.study.tasks.measurement import AnyPlan, Selected
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Along", "Leg", "Path"]
+__all__ = ["Leg", "PathOfState", "PathSet"]
 
 PATHS: dict[str, Callable[..., paths.Path]] = {
     "drained": paths.drained_triaxial,
@@ -86,7 +86,7 @@ class Leg(Section):
         return PATHS[self.path](**{known[name]: value for name, value in values.items()})
 
 
-class Path(Selected, Leg):
+class PathSet(Selected, Leg):
     """A test along one path or several, one after the other; from the sample as made, or from its states if eta is given."""
 
     table: ClassVar[str] = "path"
@@ -99,12 +99,12 @@ class Path(Selected, Leg):
         first, *others = states
         return iter([state for state in others if state.eta in self.eta] if self.eta else [first])
 
-    def add(self, plan: Plan, state: StateId | None) -> None:
+    def add(self, plan: AnyPlan, state: StateId | None) -> None:
         assert state is not None
-        task = Along(legs=(self, *self.then), options=plan.load_options(state))
+        task = PathOfState(legs=(self, *self.then), options=plan.load_options(state))
         plan.put(self, state, task.unit(f"{self.what}: {state}", state=plan.state(state)))
 
-    def write(self, result: Any, path: FilePath) -> list[FilePath]:
+    def write(self, result: Any, path: Path) -> list[Path]:
         """The curve as NetCDF, its records, events and planes as CSV."""
         from rendulic.io.tables import write_csv
 
@@ -114,7 +114,7 @@ class Path(Selected, Leg):
         ]
 
 
-class Along(Task):
+class PathOfState(Task):
     """All legs of a test as one curve, with the coordinate `leg`."""
 
     work: ClassVar[str] = "test"

@@ -18,12 +18,12 @@ from rendulic.study.tasks.measurement import Measurement
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["PlaneLaw", "shear_stiffness"]
+__all__ = ["PlaneLawSet", "shear_stiffness"]
 
 POINTS = 501
 
 
-class PlaneLaw(Measurement):
+class PlaneLawSet(Measurement):
     """K_rr of a contact plane, Eq. 40 as printed, at the reference force: one parameter after the other is varied."""
 
     table: ClassVar[str] = "plane_law"

@@ -13,19 +13,19 @@ from rendulic.probing.probe import probe
 from rendulic.specimen.protocol import HasGrains
 from rendulic.study.ids import StateId
 from rendulic.study.task import How, Parts, at_rest
-from rendulic.study.tasks.anatomy import Anatomy
-from rendulic.study.tasks.measurement import Plan, Selected, Study
+from rendulic.study.tasks.anatomy import AnatomyOfState
+from rendulic.study.tasks.measurement import AnyPlan, AnyStudy, Selected
 from rendulic.study.values import Damping, Norms, Step, Steps
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["BATCH", "Batch", "Probes"]
+__all__ = ["BATCH", "ProbeBatch", "ProbeSet"]
 
 BATCH = 7  # probes of one unit: with the null probe, a full vector of lanes
 
 
-class Probes(Selected):
+class ProbeSet(Selected):
     """Probes from every state in many directions, each with a null probe."""
 
     table: ClassVar[str] = "probes"
@@ -45,12 +45,12 @@ class Probes(Selected):
     )
 
     @model_validator(mode="after")
-    def _one_set_of_directions(self) -> Probes:
+    def _one_set_of_directions(self) -> ProbeSet:
         if self.step_deg is not None and self.sphere_directions is not None:
             raise ValueError("give step_deg for the Rendulic plane or sphere_directions for the sphere, not both")
         return self
 
-    def check(self, study: Study) -> None:
+    def check(self, study: AnyStudy) -> None:
         super().check(study)
         if self.kind == "strain":
             for specimen in study.specimen:
@@ -75,7 +75,7 @@ class Probes(Selected):
     def count(self) -> int:
         return -(-len(self.directions()) // BATCH) + self.anatomy
 
-    def add(self, plan: Plan, state: StateId | None) -> None:
+    def add(self, plan: AnyPlan, state: StateId | None) -> None:
         assert state is not None
         count, own = len(self.directions()), self.inputs()
         if not plan.has_grains(state):
@@ -83,22 +83,22 @@ class Probes(Selected):
         units = []
         for first in range(0, count, BATCH):
             many = min(BATCH, count - first)
-            batch = Batch.model_validate({"name": self.name, **own, "first": first, "count_": many})
+            batch = ProbeBatch.model_validate({"name": self.name, **own, "first": first, "count_": many})
             label = f"{self.what}, {first} to {first + many - 1}: {state}"
             units.append(batch.unit(label, state=plan.state(state)))
         plan.put(self, state, *units)
         if own["anatomy"]:
             largest = self.norms[-1]
-            task = Anatomy(norm=largest, n_steps=self.steps_to(largest), damping=self.damping)
+            task = AnatomyOfState(norm=largest, n_steps=self.steps_to(largest), damping=self.damping)
             needs = {f"probes_{k}": unit for k, unit in enumerate(units)}
             unit = task.unit(f"anatomy '{self.name}': {state}", state=plan.state(state), **needs)
-            plan.put(self, state, unit, table=Anatomy.work)
+            plan.put(self, state, unit, table=AnatomyOfState.work)
 
     def read(self, parts: Sequence[Parts]) -> xr.Dataset:
         return merged(self.directions(), self.kind, [one["probes"] for one in parts])
 
 
-class Batch(Probes):
+class ProbeBatch(ProbeSet):
     """Some of the directions of a set: one unit of work."""
 
     table: ClassVar[str] = ""

@@ -12,16 +12,16 @@ from rendulic.foundation.validation import Positive
 from rendulic.loading import directions
 from rendulic.probing.probe import probe
 from rendulic.study.task import How, Parts, at_rest
-from rendulic.study.tasks.measurement import Study
+from rendulic.study.tasks.measurement import AnyStudy
 from rendulic.study.tasks.of_cones import OfCones
 from rendulic.study.values import Step, Steps
 
-__all__ = ["StressProbes"]
+__all__ = ["StressProbeSet"]
 
 SOFTER = 0.2  # share of the directions of strain that stress probes should not go beyond
 
 
-class StressProbes(OfCones):
+class StressProbeSet(OfCones):
     """Stress probes as large as the stresses that answer the strain probes of a set of cones in their softer directions."""
 
     table: ClassVar[str] = "stress_probes"
@@ -34,7 +34,7 @@ class StressProbes(OfCones):
     n_steps: Steps = Field(10_000, description="time steps of each; for grains")
     step_deg: Step = Field(10.0, le=60, description="angle between the directions of stress")
 
-    def check(self, study: Study) -> None:
+    def check(self, study: AnyStudy) -> None:
         cones = self.its_cones(study)
         if self.norm is not None and self.norm not in cones.sizes:
             raise ValueError(f"{self.what}: norm = {self.norm:g} is not among the sizes of {cones.what}")
