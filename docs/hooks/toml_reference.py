@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from importlib import import_module
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -15,13 +16,9 @@ from pydantic_core import PydanticUndefined
 FILES = (
     (
         "Studies",
-        "rendulic.study.language.config:Study",
-        "For `rendulic run`; `rendulic init study.toml` writes a commented file to begin with. See [Studies](../studies.md).",
-    ),
-    (
-        "Element tests",
-        "rendulic.study.language.element:ElementStudy",
-        "For `rendulic element`; `rendulic element tests.toml --init` writes a commented file to begin with.",
+        "rendulic.study.language.study:Study",
+        "For `rendulic run`; `rendulic init study.toml` writes a commented file to begin with. `rendulic element` reads the "
+        "same files, and `rendulic element tests.toml --init` writes one with tests of a sand. See [Studies](../studies.md).",
     ),
     (
         "Laboratory tests",
@@ -41,6 +38,7 @@ Compression and contraction are positive. An unknown key, a missing one, or a va
 
 """
 BOUNDS = {Gt: ("gt", "> {}"), Ge: ("ge", "≥ {}"), Lt: ("lt", "< {}"), Le: ("le", "≤ {}")}
+FIRST = ("name", "kind")  # keys that stand first in every table
 PLAIN = {float: "number", int: "whole number", str: "text", bool: "true or false"}
 
 
@@ -50,57 +48,70 @@ def toml_page() -> str:
     for title, place, about in FILES:
         module, _, name = place.partition(":")
         parts.append(f"## {title}\n\n{about}\n\n")
-        parts += sections(getattr(import_module(module), name), "")
+        parts += sections(getattr(import_module(module), name), "", "", {})
     return "".join(parts)
 
 
-def sections(model: type[BaseModel], path: str) -> list[str]:
-    """The table of a model's own keys, then those of the models in it; each model once."""
-    own = {name: field for name, field in model.model_fields.items() if not _is_section(field)}
+def sections(model: type[BaseModel], path: str, which: str, shown: dict[type[BaseModel], str]) -> list[str]:
+    """The table of a model's own keys, then those of the models in it; each model once, `shown` says where."""
+    own = {name: field for name, field in model.model_fields.items() if not _models(field.annotation)}
+    order = sorted(own, key=lambda name: (name not in FIRST, not own[name].is_required()))
     parts = []
     if path:
-        parts.append(f"### `[{path}]`\n\n{(model.__doc__ or '').strip().partition(chr(10) * 2)[0]}\n\n")
+        parts.append(f"### `[{path}]`{which}\n\n")
+        if model in shown:
+            return [*parts, f"The keys are those of `[{shown[model]}]`.\n\n"]
+        shown[model] = path
+        parts.append(f"{(model.__doc__ or '').strip().partition(chr(10) * 2)[0]}\n\n")
     if own:
         parts.append("| key | value | if left out | meaning |\n|---|---|---|---|\n")
         parts += [
-            f"| `{name}` | {_values(field)} | {_default(field)} | {_meaning(field)} |\n" for name, field in own.items()
+            f"| `{name}` | {_values(own[name])} | {_default(own[name])} | {_meaning(own[name])} |\n" for name in order
         ]
         parts.append("\n")
     for name, field in model.model_fields.items():
-        if _is_section(field):
-            inner, many = _inner(field.annotation)
-            below = f"{path.strip('[]')}.{name}" if path else name
-            parts += sections(inner, f"[{below}]" if many else below)
+        models = _models(field.annotation)
+        below = f"{path.strip('[]')}.{name}" if path else name
+        for inner in models:
+            which = f" with `{_kind(inner)}`" if len(models) > 1 else ""
+            parts += sections(inner, f"[{below}]" if _are_many(field.annotation) else below, which, shown)
     return parts
 
 
-def _inner(annotation: Any) -> tuple[type[BaseModel] | None, bool]:
-    """The model in an annotation, if there is one, and whether there may be many."""
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    """The models in an annotation: several where a key tells which of them a table is."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation, False
-    for inner in get_args(annotation):
-        model, _ = _inner(inner)
-        if model is not None:
-            return model, get_origin(annotation) in (tuple, list)
-    return None, False
+        return [annotation]
+    return [model for inner in get_args(annotation) for model in _models(inner)]
 
 
-def _is_section(field: FieldInfo) -> bool:
-    return _inner(field.annotation)[0] is not None
+def _are_many(annotation: Any) -> bool:
+    """Whether there may be many tables of it."""
+    return get_origin(annotation) in (tuple, list) or any(_are_many(inner) for inner in get_args(annotation))
+
+
+def _kind(model: type[BaseModel]) -> str:
+    """The line by which a table says that it is this model."""
+    return f'kind = "{get_args(model.model_fields["kind"].annotation)[0]}"'
 
 
 def _values(field: FieldInfo) -> str:
-    words = _words(field.annotation)
-    limits = []
+    limits = list(_limits(field.metadata))
     for rule in field.metadata:
-        for kind, (name, text) in BOUNDS.items():
-            if isinstance(rule, kind):
-                limits.append(text.format(f"{getattr(rule, name):g}"))
         if isinstance(rule, MinLen):
             limits.append(f"at least {rule.min_length}")
         if isinstance(rule, MaxLen):
             limits.append(f"at most {rule.max_length} long")
-    return ", ".join([words, *limits])
+    return ", ".join([_words(field.annotation), *limits])
+
+
+def _limits(rules: Iterable[Any]) -> Iterator[str]:
+    for rule in rules:
+        if isinstance(rule, FieldInfo):
+            yield from _limits(rule.metadata)
+        for kind, (name, text) in BOUNDS.items():
+            if isinstance(rule, kind):
+                yield text.format(f"{getattr(rule, name):g}")
 
 
 def _words(annotation: Any) -> str:
@@ -108,29 +119,25 @@ def _words(annotation: Any) -> str:
     if annotation in PLAIN:
         return PLAIN[annotation]
     if origin is Annotated:
-        limits = [
-            text.format(f"{getattr(rule, name):g}")
-            for rule in inner[1:]
-            for kind, (name, text) in BOUNDS.items()
-            if isinstance(rule, kind)
-        ]
-        return " ".join([_words(inner[0]), *limits])
+        return f"{_words(inner[0])} {' and '.join(_limits(inner[1:]))}".strip()
     if origin is Literal:
         return " or ".join(f'`"{one}"`' for one in inner)
     if origin in (Union, UnionType):
         return " or ".join(_words(one) for one in inner if one is not type(None))
     if origin in (tuple, list):
         many = (len(inner) == 2 and inner[1] is Ellipsis) or origin is list
-        return f"list of {_words(inner[0])}" if many else f"{len(inner)} of {_words(inner[0])}"
-    model, _ = _inner(annotation)
-    return f"table, as `{model.__name__}`" if model else "value"
+        words = _words(inner[0]).replace("number", "numbers", 1)
+        return f"list of {words}" if many else f"{len(inner)} {words}"
+    if origin is dict:
+        return f"names, each with a {_words(inner[1])}"
+    return "value"
 
 
 def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "**must be given**"
     value = field.get_default(call_default_factory=True)
-    if value is None or value is PydanticUndefined:
+    if value in (None, PydanticUndefined, (), {}):
         return "none"
     if isinstance(value, bool):
         return f"`{str(value).lower()}`"
