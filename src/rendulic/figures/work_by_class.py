@@ -1,4 +1,4 @@
-"""Second-order work of one increment, by class of contact."""
+"""Second-order work of one increment, by class of contact, with matplotlib."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 
+from rendulic.figures.draw import draw
 from rendulic.figures.style import COLOURS, INK, NEGATIVE, RC, new_figure
+from rendulic.views import work_by_class as view_of
+from rendulic.views.work_by_class import WorkByClass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +29,12 @@ def work_by_class(work: SecondOrderWork, title: str = "") -> Figure:
     title : str
         Above.
     """
-    values = work.by_class | {"inertial": work.grains, "walls": work.boundary}
+    return _work_by_class(view_of.work_by_class(work, title))
+
+
+@draw.register(WorkByClass)
+def _work_by_class(view: WorkByClass) -> Figure:
+    values = view.works
     figure = new_figure()
     with mpl.rc_context(RC):
         axes = figure.add_subplot()
@@ -36,5 +44,5 @@ def work_by_class(work: SecondOrderWork, title: str = "") -> Figure:
         axes.axvline(len(values) - 1.5, color=INK, lw=0.4)
         axes.tick_params(axis="x", rotation=35)
         axes.set_ylabel(r"$W_2$  [J/m$^3$]")
-        axes.set_title(title, loc="left")
+        axes.set_title(view.title, loc="left")
     return figure
