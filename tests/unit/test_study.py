@@ -106,6 +106,8 @@ def test_unknown_presets_and_figures():
         preset("papr")
     with pytest.raises(InvalidInput, match="unknown figure 'fig33': did you mean 'fig3'"):
         check_figures(plan_of(tiny()), ["fig33"])
+    with pytest.raises(InvalidInput, match="trust is shown by rendulic report only: leave it out"):
+        check_figures(plan_of(tiny()), ["trust"])
 
 
 GRAINS = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,12 +26,14 @@ AXES: dict[str, tuple[str, float]] = {
 
 @interactive(TestsAlongPaths)
 def tests_along_paths(name: str, views: Mapping[str, TestsAlongPaths]) -> Figure:
-    """Four panels; one family for each view."""
+    """Four panels, or three where the volume does not change; one family for each view."""
+    swells = any(view.swells for view in views.values())
+    panels = [panel for panel in PANELS if swells or "eps_v" not in panel]
     layout: dict[str, Any] = {
-        "height": 640, "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
-        "grid": {"rows": 2, "columns": 2, "pattern": "independent", "ygap": 0.25, "xgap": 0.16},
+        "height": 640 if swells else 360, "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
+        "grid": {"rows": 2 if swells else 1, "columns": 2 if swells else 3, "pattern": "independent", "ygap": 0.25, "xgap": 0.16},
     }  # fmt: skip
-    for k, (across, up) in enumerate(PANELS):
+    for k, (across, up) in enumerate(panels):
         axis = str(k + 1) if k else ""
         layout[f"xaxis{axis}"] = {"title": {"text": AXES[across][0]}}
         layout[f"yaxis{axis}"] = {"title": {"text": AXES[up][0]}}
@@ -41,16 +43,16 @@ def tests_along_paths(name: str, views: Mapping[str, TestsAlongPaths]) -> Figure
         caption += f" At most {MOST_RECORDS} records of a curve are drawn here; the files have all."
     families = {
         label: {"": [trace for (test, curve), colour in zip(view.curves.items(), categories(len(view.curves)), strict=True)
-                     for trace in _traces(test, curve, colour)]}
+                     for trace in _traces(test, curve, colour, panels)]}
         for label, view in views.items()
     }  # fmt: skip
     return Figure(name, caption, families, layout, choice="Tests")
 
 
-def _traces(name: str, curve: xr.Dataset, colour: str) -> list[Trace]:
+def _traces(name: str, curve: xr.Dataset, colour: str, panels: Sequence[tuple[str, str]]) -> list[Trace]:
     kept = np.unique(np.linspace(0, curve.sizes["record"] - 1, MOST_RECORDS).astype(int))
     traces: list[Trace] = []
-    for k, (across, up) in enumerate(PANELS):
+    for k, (across, up) in enumerate(panels):
         if up not in curve:
             continue
         axis = str(k + 1) if k else ""

@@ -44,6 +44,8 @@ class StudyFigure:
     families : callable, optional
         The same for the report, which shows all that is finished: views by the words that the reader chooses from. `views`
         by their titles, if not given.
+    in_report_only : bool
+        Whether it is nothing that a picture shows: tables, or what is turned with the mouse.
     """
 
     name: str
@@ -52,6 +54,7 @@ class StudyFigure:
     needs: Callable[[Plan], list[Unit]]
     views: Callable[[Results], Mapping[str, View]]
     families: Callable[[Results], Mapping[str, View]] | None = None
+    in_report_only: bool = False
 
     def shown(self, results: Results) -> Mapping[str, View]:
         """What the report shows, by the words that the reader chooses from."""
@@ -75,8 +78,10 @@ def units_for(plan: Plan, names: Iterable[str]) -> list[Unit]:
 
 
 def check_figures(plan: Plan, names: Iterable[str]) -> None:
-    """Raise `InvalidInput` if a figure is unknown, or the study has not what it needs."""
+    """Raise `InvalidInput` if a figure is unknown or of the report only, or the study has not what it needs."""
     for name in names:
         figure = catalogue()[one_of(name, catalogue(), "figure")]
+        if figure.in_report_only:
+            raise InvalidInput(f"figures: {name} is shown by rendulic report only: leave it out")
         if not figure.needs(plan):
             raise InvalidInput(f"figures: {name} needs {figure.lacks}, and the study has none")

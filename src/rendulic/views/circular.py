@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -111,7 +111,11 @@ def circular_diagram(
     if not curves:
         raise InvalidInput("a circular diagram needs the probes of at least one state, got none")
     return CircularDiagram(
-        title=title, caption=CAPTION, verdict=_verdict(curves), tables=(_table(curves),), curves=curves
+        title=title,
+        caption=CAPTION,
+        verdict=_verdict(curves),
+        tables=(_table(curves, [one.state or one.label for one in curves]),),
+        curves=curves,
     )
 
 
@@ -136,7 +140,7 @@ def _beside(made: Mapping[str, CircularDiagram], title: str, columns: int) -> Ci
         for heading, panel in made.items() for one in panel.curves
     )  # fmt: skip
     return CircularPanels(
-        title=title, caption=CAPTION, verdict=_verdict(curves), tables=(_table(curves),), panels=made,
+        title=title, caption=CAPTION, verdict=_verdict(curves), tables=(_table(curves, [one.label for one in curves]),), panels=made,
         columns=min(columns, len(made)),
     )  # fmt: skip
 
@@ -159,13 +163,13 @@ def _verdict(curves: tuple[Around, ...]) -> str:
     return f"Second-order work is negative in some directions at {'; '.join(sure)}."
 
 
-def _table(curves: tuple[Around, ...]) -> Table:
+def _table(curves: tuple[Around, ...], names: Sequence[str]) -> Table:
     rows: list[tuple[str, ...]] = []
     marks: list[Mark] = []
-    for one in curves:
+    for name, one in zip(names, curves, strict=True):
         work, sure = float(one.w2_normalised[one.smallest]), bool(one.is_significant[one.smallest])
         rows.append((
-            one.state or one.label, f"{work:+.3f}", f"{one.alpha[one.smallest]:g}", str(int((one.w2_normalised < 0.0).sum())),
+            name, f"{work:+.3f}", f"{one.alpha[one.smallest]:g}", str(int((one.w2_normalised < 0.0).sum())),
             "yes" if sure else "no",
         ))  # fmt: skip
         marks.append("doubtful" if not sure else "bad" if work < 0.0 else "")

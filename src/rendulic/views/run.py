@@ -109,6 +109,7 @@ def _missing(results: Results) -> dict[str, View]:
 
 STUDY_FIGURES = (
     StudyFigure("run", "what was done, as tables", "something to do", lambda plan: list(plan.units.values()),
-                lambda results: {"run": done(results)}),
-    StudyFigure("missing", "what is missing, as a table", "something to do", lambda plan: list(plan.units.values()), _missing),
+                lambda results: {"run": done(results)}, in_report_only=True),
+    StudyFigure("missing", "what is missing, as a table", "something to do", lambda plan: list(plan.units.values()), _missing,
+                in_report_only=True),
 )  # fmt: skip

@@ -126,6 +126,11 @@ def _specimen(results: Results) -> dict[str, View]:
 
 STUDY_FIGURES = (
     StudyFigure(
-        "specimen", "grains and contacts in three dimensions (in the report)", "states of grains", _needs, _specimen
+        "specimen",
+        "grains and contacts in three dimensions",
+        "states of grains",
+        _needs,
+        _specimen,
+        in_report_only=True,
     ),
 )

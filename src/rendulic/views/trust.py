@@ -257,5 +257,12 @@ def _views(results: Results) -> dict[str, View]:
 
 
 STUDY_FIGURES = (
-    StudyFigure("trust", "all checks, as a table", "something to do", lambda plan: list(plan.units.values()), _views),
+    StudyFigure(
+        "trust",
+        "all checks, as a table",
+        "something to do",
+        lambda plan: list(plan.units.values()),
+        _views,
+        in_report_only=True,
+    ),
 )
