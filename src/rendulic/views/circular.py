@@ -40,7 +40,7 @@ CAPTION = (
 
 @dataclass(frozen=True, eq=False)
 class Around:
-    """The answer of one state in all directions.
+    """W2n of one state in all directions.
 
     Parameters
     ----------
