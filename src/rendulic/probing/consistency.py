@@ -1,4 +1,4 @@
-"""Stress probes compared with strain probes: at equal direction and size of strain they must have the same second-order work."""
+"""Stress probes beside strain probes: equal direction and size of strain must have the same second-order work."""
 
 from __future__ import annotations
 
