@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 
 import typer
 
@@ -26,6 +27,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command()(reproduce)
 app.command()(init)
@@ -53,8 +55,15 @@ def _options(
     pass
 
 
+def _say_warning(message: Warning | str, category: type[Warning], *_: object) -> None:
+    """A warning for the user as text; others are for developers."""
+    if issubclass(category, FutureWarning | UserWarning):
+        typer.secho(f"rendulic: {message}", fg="yellow", err=True)
+
+
 def run() -> None:
     """Entry point: every error on purpose is one line on standard error, exit code 2."""
+    warnings.showwarning = _say_warning
     try:
         app()
     except RendulicError as error:
