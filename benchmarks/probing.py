@@ -267,7 +267,7 @@ class Limit(Lanes):
             made = self.kernel["advance"](self.addresses(), left)
             done = made if made >= 0 else -1 - made
             left -= done
-            self._steps_since_build += done
+            self.steps_since_build += done
             if made < 0:
                 self._rebuild()
                 for part in ("contacts", "walls"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+
 import numpy as np
 import pytest
 
@@ -294,3 +296,13 @@ def test_probe_data_are_labelled(packed):
     product = (probes.d_sigma * probes.d_eps).sum("component")
     np.testing.assert_allclose(probes.w2_macro, product, rtol=1e-12)
     np.testing.assert_allclose(probes.w2_lagrangian, probes.w2_boundary, rtol=1e-10)
+
+
+def test_signatures_show_every_option():
+    """Nothing hides behind `**`, and what users see of `rd.dem` is what is meant for them."""
+    methods = [function for name, function in inspect.getmembers(rd.dem.Assembly, callable) if not name.startswith("_")]
+    assert len(methods) >= 20
+    for function in (*methods, rd.dem.Assembly, rd.dem.pack, rd.dem.bring_to_rest):
+        for parameter in inspect.signature(function).parameters.values():
+            assert parameter.kind not in (parameter.VAR_KEYWORD, parameter.VAR_POSITIONAL), (function, parameter)
+    assert dir(rd.dem) == sorted(rd.dem.__all__)

@@ -19,6 +19,7 @@ from rendulic.probing.edges import NEAR_EDGE
 from rendulic.probing.probe import probe
 from rendulic.probing.second_order_work import second_order_work
 from rendulic.specimen.protocol import CanBurst, Specimen
+from rendulic.specimen.window import Window
 from rendulic.tensors.rendulic_plane import increment_along
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def burst(specimen: Specimen, alpha, norm: float = 5e-5, n_steps: int = 5000, **
     """Disturb a state under the load conjugate to a direction, and see whether it settles or fails.
 
     The specimen itself is left as it was. Grains: a push or a kick, then free motion under the held load; see
-    `dem.burst.burst` for the options. A material point: a small increase of the load; see
+    `dem.Assembly.burst` for the options. A material point: a small increase of the load; see
     `chang_hicher.drive.controllability.burst`.
 
     Parameters
@@ -76,7 +77,7 @@ def burst(specimen: Specimen, alpha, norm: float = 5e-5, n_steps: int = 5000, **
     u = direction / np.linalg.norm(direction) if direction.ndim else increment_along(float(direction), 1.0)
     windows: list[tuple[float, float, float, float]] = []
 
-    def on_window(window: Any) -> None:
+    def on_window(window: Window) -> None:
         work = second_order_work(window.before, window.after)
         n, volume = window.before.n_grains, window.before.volume
         moved = window.after.position - window.before.position

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -11,8 +11,6 @@ from rendulic.tensors.invariants import deviatoric_stress, mean_stress, stress_r
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from rendulic.specimen.protocol import Specimen
 
 __all__ = ["COLUMNS", "CurveRecorder", "labelled_curve", "stress_columns"]
 
@@ -47,6 +45,16 @@ COLUMNS = {
 }
 
 
+class HasStressAndStrain(Protocol):
+    """What a record needs of a specimen."""
+
+    @property
+    def stress(self) -> np.ndarray: ...
+
+    @property
+    def strain(self) -> np.ndarray: ...
+
+
 class CurveRecorder:
     """Collects records of a specimen along a path."""
 
@@ -54,7 +62,7 @@ class CurveRecorder:
         self.name = name
         self._rows: list[dict[str, float]] = []
 
-    def add(self, specimen: Specimen, **extra: float) -> None:
+    def add(self, specimen: HasStressAndStrain, **extra: float) -> None:
         """Record stress and strain of `specimen`, what else it knows of itself, and `extra`."""
         row = {name: float(value) for name, value in stress_columns(specimen.stress, specimen.strain).items()}
         for name in ("porosity", "n_contacts", "time"):

@@ -75,7 +75,7 @@ class CanBurst(Protocol):
         """Disturb it under the load conjugate to a direction of strain (3,), in place; a curve with a `verdict`.
 
         The verdict in its attributes is "settles", "fails", "arrested" or "undecided". Specimens with grains and inertia call
-        the option `on_window` with what `Window` of `dem.burst` holds.
+        the option `on_window` with a `specimen.window.Window`.
         """
 
 

@@ -6,28 +6,29 @@ Section 4 of the theory: failure is shown, not only predicted.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rendulic.dem.drive.quasi_static import strain_rate_of
 from rendulic.dem.drive.servo import drive_for
-from rendulic.dem.measure.energy import damping_forces, kinetic_energy, whole_step_kinetic_energy
+from rendulic.dem.drive.stepping import advance
+from rendulic.dem.drive.time_step import renew_time_step
+from rendulic.dem.kernels.arrays import Drive
+from rendulic.dem.measure.energy import damping_forces, energies, kinetic_energy, whole_step_kinetic_energy
 from rendulic.dem.measure.equilibrium import unbalanced_force
+from rendulic.dem.measure.snapshot import snapshot_of
+from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.checks import finite_array, positive_number, whole_number
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.loading.control import Control
 from rendulic.specimen.curve import CurveRecorder
+from rendulic.specimen.window import Window
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rendulic.dem.assembly import Assembly
-    from rendulic.dem.kernels.arrays import Drive
-    from rendulic.specimen.snapshot import Snapshot
-
-__all__ = ["Window", "burst"]
+__all__ = ["burst"]
 
 FASTEST = 0.05  # inertial number of the fastest motion that the servo follows
 PHASES = ("rest", "disturbed", "held")
@@ -36,38 +37,20 @@ SLIPS = 10.0  # strain of an avalanche over the disturbance
 CALM, FLOWS = 1e-4, 1e-2  # unbalanced force of a specimen that has settled, and of one that still flows
 
 
-@dataclass(frozen=True)
-class Window:
-    """One time step of a burst, for Eq. 1 of the paper.
-
-    Parameters
-    ----------
-    before, after : Snapshot
-        On both sides of the step.
-    kinetic : float
-        Change of the kinetic energy of translation in J, with what damping took of it added back.
-    """
-
-    before: Snapshot
-    after: Snapshot
-    kinetic: float
-
-
 def burst(
-    assembly: Assembly,
+    assembly: AssemblyState,
     direction,
     norm: float,
     n_steps: int,
-    *,
-    hold_steps: int | None = None,
-    disturbance: str = "push",
-    kick: float = 5e-3,
-    strain_limit: float = 0.02,
-    n_records: int = 100,
-    seed: int = 0,
-    on_window: Callable[[Window], None] | None = None,
+    hold_steps: int | None,
+    disturbance: str,
+    kick: float,
+    strain_limit: float,
+    n_records: int,
+    seed: int,
+    on_window: Callable[[Window], None] | None,
 ) -> xr.Dataset:
-    """Disturb the assembly under a held load and follow what it does, in place (theory, section 4).
+    """Disturb the assembly under a held load and follow what it does, in place; options are those of `Assembly.burst`.
 
     1. The strains move along `direction` u only, `d_eps = u e`; the conjugate stress `s = sigma : u` is
        the load. In the Rendulic plane that is the path `d_eps_1 + 2 R d_eps_3 = 0`.
@@ -75,48 +58,6 @@ def burst(
        second-order work `ds e` of the push was negative, the load exceeds what the specimen carries by then.
        A kick gives all grains random velocities instead.
     3. The load is held, and the specimen left to itself.
-
-    Parameters
-    ----------
-    direction : (3,) array
-        Unit vector of principal strains.
-    norm : float
-        Size of the push; also what travelling is measured by.
-    n_steps : int
-        Of the push, and of the way back.
-    hold_steps : int, optional
-        Longest time under the held load; thirty times `n_steps` by default.
-    disturbance : {"push", "kick"}
-        What is done to it.
-    kick : float
-        Kinetic energy of a kick over the stored elastic energy.
-    strain_limit : float
-        Strain along `direction` at which a runaway is not followed further.
-    n_records : int
-        Records of the hold, if it lasts ten times `n_steps`.
-    seed : int
-        Of the velocities of a kick.
-    on_window : callable, optional
-        Called with a `Window` at every record.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimension `record`: the curve, with `phase`, strain along the direction, load, energies since rest
-        (J), error of their balance. In `attrs`: `verdict`; `kinetic_growth`, the largest kinetic energy of the
-        hold over that of the disturbance (the affine motion of the push, or the kick); `travelled`, the largest strain along
-        the direction, with its sign, over `norm`; `settled`; `balance_error`.
-
-        "fails": the kinetic energy grew a hundredfold, and there was no equilibrium: the strain ran to its limit, or the
-        specimen was still flowing at the end. "arrested": it moved by more than ten times the disturbance and then
-        stopped. "settles": it came to rest before. "undecided": still restless within `hold_steps`.
-
-    Raises
-    ------
-    InvalidInput
-        For values out of range, or an assembly without stress.
-    UnstableTimeStep
-        If the motion diverges.
     """
     u = finite_array("direction of a burst", direction, (3,))
     if abs(np.linalg.norm(u) - 1.0) > 1e-9:
@@ -154,11 +95,11 @@ def burst(
 class _Watch:
     """Follows an assembly through the phases of a burst and records it."""
 
-    def __init__(self, assembly: Assembly, u, norm: float, disturbance: str, on_window) -> None:
+    def __init__(self, assembly: AssemblyState, u, norm: float, disturbance: str, on_window) -> None:
         self.assembly, self.u, self.norm, self.on_window = assembly, u, norm, on_window
         self.disturbance = disturbance
         self.recorder = CurveRecorder(f"burst after a {disturbance}")
-        self.strain, self.spent = np.diag(assembly.strain), assembly.energies()
+        self.strain, self.spent = np.diag(assembly.strain), energies(assembly)
         self.begin = assembly.time
         self.reference_energy = self.injected = 0.0
         self.load = float(u @ np.diag(assembly.stress))
@@ -171,7 +112,7 @@ class _Watch:
 
     def record(self, phase: int) -> dict[str, float]:
         """Add the present state to the curve; its energies since rest."""
-        now = self.assembly.energies()
+        now = energies(self.assembly)
         change = {name: now[name] - self.spent[name] for name in now}
         missing = (
             change["boundary"] + self.injected - sum(value for name, value in change.items() if name != "boundary")
@@ -187,13 +128,13 @@ class _Watch:
     def step(self, drive: Drive) -> None:
         """One step, and the window on it."""
         if self.on_window is None:
-            self.assembly.advance(1, drive)
+            advance(self.assembly, 1, drive)
             return
         assembly = self.assembly
-        before, taken = assembly.snapshot(), damping_forces(assembly)
+        before, taken = snapshot_of(assembly), damping_forces(assembly)
         kinetic = whole_step_kinetic_energy(assembly)
-        assembly.advance(1, drive)
-        after = assembly.snapshot()
+        advance(assembly, 1, drive)
+        after = snapshot_of(assembly)
         damped = 0.5 * float(((after.position - before.position) * (taken + damping_forces(assembly))).sum())
         self.on_window(Window(before, after, whole_step_kinetic_energy(assembly) - kinetic + damped))
 
@@ -203,7 +144,7 @@ class _Watch:
         while left > 0:
             count = min(every, left)
             if count > 1:
-                self.assembly.advance(count - 1, drive)
+                advance(self.assembly, count - 1, drive)
             self.step(drive)
             left -= count
             self.record(1)
@@ -213,8 +154,8 @@ class _Watch:
         assembly = self.assembly
         peak, furthest, calm, done = 0.0, 0.0, 0, 0
         while done < n_steps and calm < 3 and abs(furthest) < strain_limit:
-            assembly.renew_time_step()
-            assembly.advance(every, drive)
+            renew_time_step(assembly)
+            advance(assembly, every, drive)
             self.step(drive)
             done += every + 1
             self.record(2)
@@ -245,20 +186,20 @@ class _Watch:
         return curve
 
 
-def _affine_energy(assembly: Assembly, rates: np.ndarray) -> float:
+def _affine_energy(assembly: AssemblyState, rates: np.ndarray) -> float:
     """Kinetic energy in J of a motion with these principal strain rates about the middle of the box."""
     middle = assembly.walls.position.reshape(3, 2).mean(axis=1)
     velocity = rates * (assembly.grains.position - middle)
     return 0.5 * float(assembly.grains.mass @ (velocity**2).sum(axis=1))
 
 
-def _kick(assembly: Assembly, share: float, seed: int) -> float:
+def _kick(assembly: AssemblyState, share: float, seed: int) -> float:
     """Give all grains random velocities, in place; the kinetic energy in J, `share` of what is stored."""
     rng = np.random.default_rng(seed)
     mass = assembly.grains.mass
     velocity = rng.standard_normal((len(assembly), 3))
     velocity -= mass @ velocity / mass.sum()
     size = 0.5 * float(mass @ (velocity**2).sum(axis=1))
-    energy = share * assembly.energies()["elastic"]
+    energy = share * energies(assembly)["elastic"]
     assembly.grains.velocity[:] = velocity * np.sqrt(energy / size)
     return energy

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from copy import copy
-from typing import TYPE_CHECKING, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -18,14 +17,12 @@ from rendulic.dem.kernels.arrays import (
     Walls,
     aligned,
     aligned_rows,
-    servo_room,
 )
 from rendulic.dem.kernels.compiled import lane_kernels_for
 from rendulic.dem.kernels.layout import CONTACT, GRAIN, LANE, LANE_ROWS, N_CONTACT, N_GRAIN, N_LANE
+from rendulic.dem.state.assembly_state import AssemblyState, copy_of
+from rendulic.dem.state.margins import widened
 from rendulic.dem.state.neighbours import find_contacts
-
-if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
 
 __all__ = ["Lanes", "batches", "probe_in_lanes"]
 
@@ -33,6 +30,7 @@ __all__ = ["Lanes", "batches", "probe_in_lanes"]
 IN_LANES = [getattr(GRAIN, name) + k for name in LANE_ROWS if name != "origin" for k in range(LANE_ROWS[name])]
 WIDTHS = (4, 8)  # half a vector of 512 bits, and a whole one
 Reading = TypeVar("Reading")
+AnyAssembly = TypeVar("AnyAssembly", bound=AssemblyState)
 
 
 def width_for(count: int) -> int:
@@ -51,12 +49,12 @@ def batches(count: int, workers: int = 1) -> list[range]:
     return [share[at : at + widest] for share in shares for at in range(0, len(share), widest)]
 
 
-class Lanes:
+class Lanes(Generic[AnyAssembly]):
     """Up to eight copies of an assembly with strain rates of their own.
 
     Parameters
     ----------
-    assembly : Assembly
+    assembly : AssemblyState
         The common state, left as it is. Lanes keep its time step, damping and contact law; energies are
         not recorded.
     rates : (m, 3) array
@@ -68,17 +66,16 @@ class Lanes:
     Notes
     -----
     Candidate pairs are those of any lane, found anew when a grain of any lane has used up its margin.
-    Pairs that do not touch add nothing, and operations and their order are those of `Assembly.advance`: a
+    Pairs that do not touch add nothing, and operations and their order are those of `stepping.advance`: a
     lane ends at the same bits as the assembly alone, whatever runs beside it.
     """
 
-    def __init__(self, assembly: Assembly, rates: np.ndarray, width: int | None = None) -> None:
+    def __init__(self, assembly: AnyAssembly, rates: np.ndarray, width: int | None = None) -> None:
         width = width or width_for(len(rates))
         grains, n = assembly.grains, len(assembly)
         self.base, self.width, self.n_used = assembly, width, len(rates)
         self.rates = np.zeros((3, width))
         self.rates[:, : len(rates)] = rates.T
-        self.margin = assembly.margin
         state = aligned(n * N_LANE * width)
         own = state.reshape(n, N_LANE, width)
         own[:, : LANE.origin] = grains.row[:, IN_LANES, None]
@@ -96,8 +93,8 @@ class Lanes:
             touching.grain.copy(), touching.wall.copy(), in_lanes(touching.force),
             in_lanes(walls.position), in_lanes(assembly.list_wall_origin), in_lanes(walls.force), in_lanes(walls.stiffness),
         )  # fmt: skip
-        self.n_steps = self.n_rebuilds = 0
-        self._steps_since_build = 0
+        self.n_steps = self.n_rebuilds = self.steps_since_build = 0
+        self.margin = assembly.margin
 
     def advance(self, n_steps: int) -> None:
         """Make `n_steps` steps, in place.
@@ -113,41 +110,38 @@ class Lanes:
         while left > 0:
             done, complete = kernels.advance_lanes(left, self.arrays, self.rates, stepping, 0.5 * self.margin)
             left -= done
-            self._steps_since_build += done
+            self.steps_since_build += done
             if not complete:
                 self._rebuild()
                 kernels.finish_lanes(self.arrays, stepping.dt, stepping.parameters)
                 left -= 1
         self.n_steps += n_steps
 
-    def assembly(self, lane: int) -> Assembly:
+    def assembly(self, lane: int) -> AnyAssembly:
         """The specimen of a lane as it is now, independent and complete but for energies spent."""
         base, arrays = self.base, self.arrays
-        own = copy(base)
         state = arrays.state.reshape(len(base), N_LANE, self.width)[:, :, lane]
         rows = np.empty((len(base), N_GRAIN))
         rows[:, GRAIN.radius] = arrays.radius
         rows[:, IN_LANES] = state[:, : LANE.origin]
-        own.grains = Grains(aligned_rows(rows), base.grains.mass.copy(), base.grains.inertia.copy())
         held = np.ascontiguousarray(arrays.held.reshape(-1, N_CONTACT, self.width)[:, :, lane])
-        own.contacts = Contacts(arrays.first.copy(), arrays.second.copy(), held)
-        own.wall_contacts = WallContacts(arrays.grain.copy(), arrays.wall.copy(), arrays.wall_held[:, lane].copy())
         of_walls = (arrays.wall_position, arrays.wall_force, arrays.wall_stiffness)
-        own.walls = Walls(*(np.ascontiguousarray(values[:, lane]) for values in of_walls))
-        own.list_origin = np.ascontiguousarray(state[:, LANE.origin :])
-        own.list_wall_origin = np.ascontiguousarray(arrays.wall_origin[:, lane])
-        own.spent, own.strain_origin, own._scratch = base.spent.copy(), base.strain_origin.copy(), servo_room()
-        own.margin, own.growth_since_build = self.margin, 0.0
-        own.steps_since_build = self._steps_since_build
-        own.n_steps, own.time = base.n_steps + self.n_steps, base.time + self.n_steps * base.time_step
-        return own
+        return copy_of(
+            base,
+            grains=Grains(aligned_rows(rows), base.grains.mass.copy(), base.grains.inertia.copy()),
+            contacts=Contacts(arrays.first.copy(), arrays.second.copy(), held),
+            walls=Walls(*(np.ascontiguousarray(values[:, lane]) for values in of_walls)),
+            wall_contacts=WallContacts(arrays.grain.copy(), arrays.wall.copy(), arrays.wall_held[:, lane].copy()),
+            list_origin=np.ascontiguousarray(state[:, LANE.origin :]),
+            list_wall_origin=np.ascontiguousarray(arrays.wall_origin[:, lane]),
+            margin=self.margin, steps_since_build=self.steps_since_build, growth_since_build=0.0,
+            n_steps=base.n_steps + self.n_steps, time=base.time + self.n_steps * base.time_step,
+        )  # fmt: skip
 
     def _rebuild(self) -> None:
         """Candidate pairs of the present positions of all lanes, with the history of closed contacts."""
         arrays, width = self.arrays, self.width
-        # as in `Assembly`: a rebuild costs several steps, a wide margin slows every step
-        if self._steps_since_build < 150:
-            self.margin = min(1.5 * self.margin, 0.3 * float(arrays.radius.mean()))
+        self.margin = widened(self.margin, self.steps_since_build, float(arrays.radius.mean()))
         n = len(arrays.radius)
         old_held = arrays.held.reshape(-1, N_CONTACT, width)
         old = arrays.first.astype(np.int64) * n + arrays.second
@@ -169,36 +163,23 @@ class Lanes:
             grain=(wall_keys % n).astype(np.int32), wall=(wall_keys // n).astype(np.int32),
             wall_held=np.zeros((len(wall_keys), width)), wall_origin=arrays.wall_position.copy(),
         )  # fmt: skip
-        self._steps_since_build = 0
+        self.steps_since_build = 0
         self.n_rebuilds += 1
 
 
 def probe_in_lanes(
-    assembly: Assembly,
+    assembly: AnyAssembly,
     increments: np.ndarray,
     n_steps: int,
-    *,
     marks: Sequence[float],
-    read: Callable[[Assembly], Reading],
+    read: Callable[[AnyAssembly], Reading],
     workers: int,
     on_done: Callable[[int], None],
 ) -> list[list[Reading]]:
     """Impose principal strain increments (m, 3), each in `n_steps` equal parts on a copy of the assembly.
 
-    Batches of lanes run on `workers` threads. No lane depends on those beside it, so that workers do not
-    change a bit of a result.
-
-    Parameters
-    ----------
-    marks : sequence of float
-        Increasing fractions of the increment, at which `read` is called with each copy.
-    on_done : callable
-        Called with the number of increments that a finished batch held.
-
-    Returns
-    -------
-    list of lists
-        What `read` returned, by increment, then mark.
+    Options and result are those of `Assembly.probe_together`. Batches of lanes run on `workers` threads, and `on_done` gets
+    the size of each. No lane depends on those beside it, so that workers do not change a bit of a result.
     """
     rates = np.asarray(increments, dtype=float) / (n_steps * assembly.time_step)
 

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from rendulic.dem.drive.quasi_static import (
-    STEPS_PER_LOOK,
-    QuasiStatic,
-    advance_and_measure,
-    scaled_inertia,
-    strain_rate_of,
-)
+from rendulic.dem.drive.masses import scaled_inertia
+from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure, strain_rate_of
 from rendulic.dem.drive.rest import bring_to_rest
 from rendulic.dem.drive.servo import drive_for, hold
+from rendulic.dem.drive.stepping import advance
+from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.measure.equilibrium import unbalanced_force
+from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.checks import finite_array, increasing_fractions, positive_number, whole_number
 from rendulic.foundation.errors import one_of
-from rendulic.foundation.progress import Progress, silent
+from rendulic.foundation.progress import Progress
 from rendulic.loading.paths import Path
 from rendulic.specimen.curve import CurveRecorder
 
 if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
+    import xarray as xr
 
 __all__ = ["load", "probe"]
+
+AnyAssembly = TypeVar("AnyAssembly", bound=AssemblyState)
 
 ETA_TOLERANCE = 0.005  # of a stress ratio at rest
 LEAST_PEAK = 0.05  # change of q, in mean stresses, below which there is no peak to speak of
@@ -35,14 +35,13 @@ LOOKS_BELOW_PEAK = 5  # looks for which a loss of q must last
 
 
 def load(
-    assembly: Assembly,
+    assembly: AnyAssembly,
     path: Path,
-    *,
-    speed: QuasiStatic | None = None,
-    progress: Progress = silent,
-    on_record: Callable[[Assembly], None] | None = None,
-):
-    """Follow a path, adapting the rate to the unbalanced force, in place.
+    speed: QuasiStatic | None,
+    progress: Progress,
+    on_record: Callable[[AnyAssembly], None] | None,
+) -> xr.Dataset:
+    """Follow a path, in place; options, result and errors are those of `Assembly.load`.
 
     1. The rate starts at the one of `speed.inertial_number`.
     2. Every hundred steps it is halved while the unbalanced force exceeds the limit, and recovers
@@ -51,20 +50,6 @@ def load(
        strains fixed, controlled stresses kept) until at rest. A loose packing is carried above its
        curve on spikes: what is left of them relaxes in the pause, and loading goes on from rest.
        While approaching the target, loading is four times slower.
-
-    Returns
-    -------
-    xarray.Dataset
-        The curve (see `rendulic.specimen.curve`), with the verdict in `attrs`: `stopped_by`
-        ("strain", "eta", "peak", "target"), `is_quasi_static`, `largest_inertial_number`.
-
-    Raises
-    ------
-    NotEquilibrated
-        If a path without a driven strain does not come to rest at its stresses, or a paused test does
-        not come to rest at the stress ratio aimed at.
-    UnstableTimeStep
-        If the motion diverges.
     """
     speed = speed or QuasiStatic()
     recorder = CurveRecorder(path.name)
@@ -77,18 +62,18 @@ def load(
         )
         return recorder.dataset(stopped_by="target")
 
-    with scaled_inertia(assembly, speed):
+    with scaled_inertia(assembly, speed.mass_scaling):
         stopped_by = _drive_along(assembly, path, speed, recorder, progress, on_record)
     return recorder.dataset(stopped_by=stopped_by)
 
 
 def _drive_along(
-    assembly: Assembly,
+    assembly: AnyAssembly,
     path: Path,
     speed: QuasiStatic,
     recorder: CurveRecorder,
     progress: Progress,
-    on_record: Callable[[Assembly], None] | None,
+    on_record: Callable[[AnyAssembly], None] | None,
 ) -> str:
     """Follow a driven path to its end and return what stopped it."""
     until, target = path.until, path.until.eta
@@ -126,7 +111,7 @@ def _drive_along(
         unbalanced = unbalanced_force(assembly)
         factor = max(0.5 * factor, speed.slowest) if unbalanced > speed.unbalanced_limit else min(1.1 * factor, 1.0)
         if looks % 5 == 0:
-            assembly.renew_time_step()
+            renew_time_step(assembly)
         if looks % every == 0:
             recorder.add(assembly, inertial_number=fastest_flow, unbalanced_force=unbalanced)
             fastest_flow = 0.0
@@ -161,31 +146,18 @@ def _drive_along(
 
 
 def probe(
-    assembly: Assembly,
+    assembly: AssemblyState,
     increment,
     n_steps: int,
-    kind: str = "strain",
-    marks: tuple[float, ...] = (1.0,),
-    on_mark: Callable[[float], None] | None = None,
-    rate_cap: float = 0.1,
+    kind: str,
+    marks: tuple[float, ...],
+    on_mark: Callable[[float], None] | None,
+    rate_cap: float,
 ) -> None:
-    """Impose a principal increment (3,) at constant rate over `n_steps` steps, in place.
+    """Impose a principal increment (3,) at constant rate, in place; options are those of `Assembly.probe`.
 
-    Parameters
-    ----------
-    increment : (3,) array
-        Strains, or stresses in Pa.
-    kind : {"strain", "stress"}
-        Strains are imposed by exact kinematics; stresses by the servo.
-    marks : tuple of float
-        Increasing fractions of the increment at which `on_mark(fraction)` is called; ends with 1.
-    rate_cap : float
-        Largest strain rate of the servo in 1/s. Where the state cannot carry the stress, the walls
-        run at it, and the stress reached is the result, not the one asked for.
-
-    Notes
-    -----
-    The time step is the present one, fixed, and the damping the assembly's own.
+    Strains are imposed by exact kinematics, stresses by the servo. The time step is the present one, fixed, and the damping
+    the assembly's own.
     """
     one_of(kind, ("strain", "stress"), "kind of probe")
     increment = finite_array("increment", increment, (3,))
@@ -200,7 +172,7 @@ def probe(
     done = 0
     for mark in marks:
         upto = round(mark * n_steps)
-        assembly.advance(upto - done, drive)
+        advance(assembly, upto - done, drive)
         done = upto
         if on_mark is not None:
             on_mark(mark)

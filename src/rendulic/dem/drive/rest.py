@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.dem.drive.quasi_static import (
-    STEPS_PER_LOOK,
-    QuasiStatic,
-    advance_and_measure,
-    scaled_inertia,
-    strain_rate_of,
-)
+from rendulic.dem.drive.masses import scaled_inertia
+from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure, strain_rate_of
 from rendulic.dem.drive.servo import drive_for, hold
+from rendulic.dem.drive.stepping import tighten_list
+from rendulic.dem.drive.stopping import stop_rattlers, stop_spins
+from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.measure.equilibrium import Equilibrium, assess
+from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.errors import NotEquilibrated
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.paths import Path
-
-if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
 
 __all__ = ["Rest", "bring_to_rest"]
 
@@ -55,7 +50,7 @@ class Rest:
 
 
 def bring_to_rest(
-    assembly: Assembly,
+    assembly: AssemblyState,
     held: str | Path = "strain",
     speed: QuasiStatic | None = None,
     stress=(None, None, None),
@@ -102,23 +97,23 @@ def bring_to_rest(
         return bool((error <= 1e-4 * np.abs(drive.target).max()).all())
 
     calm, fastest = 0, 0.0
-    with scaled_inertia(assembly, speed):
+    with scaled_inertia(assembly, speed.mass_scaling):
         while calm < 3 and done < speed.max_rest_steps:
             fastest = max(fastest, advance_and_measure(assembly, STEPS_PER_LOOK, drive, speed.damping))
-            assembly.stop_rattlers()
+            stop_rattlers(assembly)
             done += STEPS_PER_LOOK
             if done % (10 * STEPS_PER_LOOK) == 0:
-                assembly.renew_time_step()
+                renew_time_step(assembly)
             verdict = assess(assembly, speed.tolerance, speed.kinetic_tolerance)
             calm = calm + 1 if verdict.reached and on_target() else 0
             if calm == 1:
-                assembly.stop_spins()
+                stop_spins(assembly)
             progress(
                 done,
                 speed.max_rest_steps,
                 f"rest, {name}: unbalanced {verdict.unbalanced_force:.1e}, kinetic {verdict.kinetic_ratio:.1e}",
             )
-    assembly.tighten_list()
+    tighten_list(assembly)
     if calm < 3 and strict:
         raise NotEquilibrated(
             f"no equilibrium ({name}) after {done} steps ({verdict}): allow more steps "

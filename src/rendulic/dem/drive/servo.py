@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from rendulic.dem.kernels.arrays import Drive
+from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.errors import one_of
 from rendulic.loading.control import Control
-
-if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
 
 __all__ = ["drive_for", "hold"]
 
 
-def drive_for(assembly: Assembly, control: Control, stress, rate, cap: float) -> Drive:
+def drive_for(assembly: AssemblyState, control: Control, stress, rate, cap: float) -> Drive:
     """A drive that holds `stress` (None: the present value) where stress is controlled.
 
     `rate` (3,) are the strain rates of the strain-controlled components in 1/s; `cap` bounds the

@@ -6,22 +6,22 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from rendulic.dem.kernels.arrays import BLOCK, CACHE_LINE, Contacts, Team
+from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.checks import whole_number
 from rendulic.foundation.cores import cores
 
-if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
-
-__all__ = ["Prepared", "in_ranks", "prepared", "threads_for", "use_threads"]
+__all__ = ["Prepared", "in_ranks", "prepared_for", "threads_for", "use_threads"]
 
 GRAINS_PER_THREAD = 2000  # fewer spend their time waiting for each other
 _asked: int | None = None
 _pool: ThreadPoolExecutor | None = None
+_prepared: WeakKeyDictionary[AssemblyState, Prepared] = WeakKeyDictionary()
 
 
 def use_threads(n: int | None) -> None:
@@ -59,8 +59,16 @@ class Prepared(NamedTuple):
         return self.contacts is contacts and self.n_threads == n_threads
 
 
-def prepared(assembly: Assembly, n_threads: int) -> Prepared:
-    """Share out an assembly's grains and contacts, as its lists are now."""
+def prepared_for(assembly: AssemblyState, n_threads: int) -> Prepared:
+    """What so many threads need for the present lists of an assembly; kept until its lists change."""
+    ready = _prepared.get(assembly)
+    if ready is None or not ready.is_for(assembly.contacts, n_threads):
+        ready = _prepared[assembly] = share_out(assembly, n_threads)
+    return ready
+
+
+def share_out(assembly: AssemblyState, n_threads: int) -> Prepared:
+    """Give every thread its share of an assembly's grains and contacts, as its lists are now."""
     n, contacts, wall_contacts = len(assembly), assembly.contacts, assembly.wall_contacts
     # whole blocks, even in grains and contacts
     work = np.arange(n + 1) + np.searchsorted(contacts.first, np.arange(n + 1))

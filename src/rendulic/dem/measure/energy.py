@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.kernels.layout import SPENT
-
-if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
+from rendulic.dem.state.assembly_state import AssemblyState
 
 __all__ = ["damping_forces", "elastic_energy", "energies", "kinetic_energy", "whole_step_kinetic_energy"]
 
 
-def kinetic_energy(assembly: Assembly) -> tuple[float, float]:
+def kinetic_energy(assembly: AssemblyState) -> tuple[float, float]:
     """Kinetic energy of translation and of rotation in J, of the last half step."""
     grains = assembly.grains
     return (
@@ -24,14 +20,14 @@ def kinetic_energy(assembly: Assembly) -> tuple[float, float]:
     )
 
 
-def damping_forces(assembly: Assembly) -> np.ndarray:
+def damping_forces(assembly: AssemblyState) -> np.ndarray:
     """(n, 3) part of the forces on the grains that damping takes away in the next step, in N."""
     grains = assembly.grains
     half = 0.5 * assembly.time_step / grains.mass[:, None]
     return assembly.damping * np.abs(grains.force) * np.sign(grains.velocity + half * grains.force)
 
 
-def whole_step_kinetic_energy(assembly: Assembly) -> float:
+def whole_step_kinetic_energy(assembly: AssemblyState) -> float:
     """Kinetic energy of translation in J at the time of the positions, `m v . v' / 2`.
 
     `v` and `v'` are the velocities half a step before and after. Defined so, its change over a step is the work
@@ -43,14 +39,14 @@ def whole_step_kinetic_energy(assembly: Assembly) -> float:
     return 0.5 * float(grains.mass @ (grains.velocity * after).sum(axis=1))
 
 
-def elastic_energy(assembly: Assembly) -> float:
+def elastic_energy(assembly: AssemblyState) -> float:
     """Energy stored in the contacts, walls included, in J."""
     return kernels_for(assembly.law).stored_energy(
         assembly.grains, assembly.contacts, assembly.wall_contacts, assembly.law.parameters
     )
 
 
-def energies(assembly: Assembly) -> dict[str, float]:
+def energies(assembly: AssemblyState) -> dict[str, float]:
     """Energies in J.
 
     Returns

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rendulic.dem.measure.energy import elastic_energy, kinetic_energy
-
-if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
+from rendulic.dem.state.assembly_state import AssemblyState
 
 __all__ = ["KINETIC_TOLERANCE", "TOLERANCE", "Equilibrium", "assess", "unbalanced_force"]
 
@@ -52,7 +49,7 @@ class Equilibrium:
         )
 
 
-def unbalanced_force(assembly: Assembly) -> float:
+def unbalanced_force(assembly: AssemblyState) -> float:
     """Mean |resultant on a grain| over mean |contact force|; infinite without contacts."""
     contacts = assembly.contacts
     closed = contacts.force[contacts.force_n > 0]
@@ -65,7 +62,7 @@ def unbalanced_force(assembly: Assembly) -> float:
 
 
 def assess(
-    assembly: Assembly, tolerance: float = TOLERANCE, kinetic_tolerance: float = KINETIC_TOLERANCE
+    assembly: AssemblyState, tolerance: float = TOLERANCE, kinetic_tolerance: float = KINETIC_TOLERANCE
 ) -> Equilibrium:
     """Return the `Equilibrium` of the present state."""
     stored = elastic_energy(assembly)

@@ -1,13 +1,28 @@
-"""Where grains may stand when an assembly is made."""
+"""Where walls and grains may stand when an assembly is made."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from rendulic.dem.kernels.arrays import Contacts, Grains, Walls
+from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import InvalidInput
 
-__all__ = ["refuse_deep_overlaps", "refuse_outside"]
+__all__ = ["make_walls", "refuse_deep_overlaps", "refuse_outside"]
+
+
+def make_walls(position) -> Walls:
+    """Six walls at these coordinates in m, without forces.
+
+    Raises
+    ------
+    InvalidInput
+        Unless there are six, each upper one above its lower one.
+    """
+    position = finite_array("walls", position, (6,))
+    if (position[1::2] <= position[0::2]).any():
+        raise InvalidInput(f"each upper wall must lie above its lower wall, got {position.tolist()}")
+    return Walls(position, np.zeros(6), np.zeros(6))
 
 
 def refuse_outside(grains: Grains, walls: Walls) -> None:

@@ -1,39 +1,29 @@
-"""An assembly as a `State`, and back."""
+"""An assembly as a `State`, and back. What is saved are the fields of `AssemblyState`, in their order."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import fields
+from typing import Any, get_type_hints
 
-from rendulic.dem.kernels.arrays import Contacts, Grains, WallContacts, Walls, aligned_rows, servo_room
+import numpy as np
+
 from rendulic.dem.laws import LAWS, ContactLaw
+from rendulic.dem.state.assembly_state import AssemblyState, copied
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.specimen.state import State
-
-if TYPE_CHECKING:
-    from rendulic.dem.assembly import Assembly
 
 __all__ = ["law_of", "restore", "state_of"]
 
 KIND = "Assembly"
-GROUPS = ("grains", "contacts", "walls", "wall_contacts")
-ARRAYS = ("list_origin", "list_wall_origin", "spent", "strain_origin")
-NUMBERS = (
-    "density",
-    "damping",
-    "inertial_radius",
-    "time_step_fraction",
-    "time_step",
-    "has_fixed_time_step",
-    "time",
-    "n_steps",
-    "n_rebuilds",
-    "margin",
-    "steps_since_build",
-    "growth_since_build",
-)
+_types = get_type_hints(AssemblyState)
+_saved = {item.name: _types[item.name] for item in fields(AssemblyState) if item.metadata.get("saved", True)}
+# to every group its class; the names of the arrays, and of the numbers
+GROUPS = {name: kind for name, kind in _saved.items() if issubclass(kind, tuple)}
+ARRAYS = tuple(name for name, kind in _saved.items() if kind is np.ndarray)
+NUMBERS = tuple(name for name in _saved if name not in GROUPS and name not in ARRAYS)
 
 
-def state_of(assembly: Assembly) -> State:
+def state_of(assembly: AssemblyState) -> State:
     """Copy everything that a step depends on, the neighbour list included: its order is that of sums."""
     arrays = {f"{group}/{name}": array.copy() for group in GROUPS
               for name, array in getattr(assembly, group)._asdict().items()}  # fmt: skip
@@ -43,25 +33,17 @@ def state_of(assembly: Assembly) -> State:
     return State(KIND, arrays, {"law": type(law).__name__, "law_fields": _fields(law), **numbers})
 
 
-def restore(assembly: Assembly, state: State) -> None:
+def restore(assembly: AssemblyState, state: State) -> None:
     """Put a saved state into `assembly`, in place, exactly."""
     state.expect_kind(KIND)
-    law = law_of(state, assembly.law)
+    whole: dict[str, Any] = {"law": law_of(state, assembly.law)}
     try:
-        groups = {group: {key.partition("/")[2]: array.copy() for key, array in state.arrays.items()
-                          if key.startswith(f"{group}/")} for group in GROUPS}  # fmt: skip
-        rows = aligned_rows(groups["grains"]["row"])
-        whole = {
-            "law": law,
-            "grains": Grains(rows, groups["grains"]["mass"], groups["grains"]["inertia"]),
-            "contacts": Contacts(**groups["contacts"]),
-            "walls": Walls(**groups["walls"]),
-            "wall_contacts": WallContacts(**groups["wall_contacts"]),
-            **{name: state.arrays[name].copy() for name in ARRAYS},
-            **{name: state.attributes[name] for name in NUMBERS},
-            "_scratch": servo_room(),
-        }
-    except (KeyError, TypeError) as error:
+        for group, kind in GROUPS.items():
+            own = {name: state.arrays[f"{group}/{name}"] for name in kind._fields}
+            whole[group] = copied(kind(**own))
+        whole |= {name: state.arrays[name].copy() for name in ARRAYS}
+        whole |= {name: state.attributes[name] for name in NUMBERS}
+    except KeyError as error:
         raise CorruptFile(f"the state lacks what an assembly of this version needs: {error}") from None
     for name, value in whole.items():
         setattr(assembly, name, value)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, field_validator, model_validator
 
 from rendulic.dem import Assembly, LinearFrictional, QuasiStatic, bring_to_rest, pack
-from rendulic.dem.drive.growth import check_pressure
+from rendulic.dem.packing import check_pressure
 from rendulic.foundation.errors import DidNotConverge, one_of
 from rendulic.foundation.validation import Positive, Section, Whole
 from rendulic.loading import paths
