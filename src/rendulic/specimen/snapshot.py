@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rendulic.foundation.notebooks import Shown
+from rendulic.specimen.unbalanced import unbalanced_ratio
 
 __all__ = ["Snapshot"]
 
@@ -213,6 +214,4 @@ class Snapshot(Shown):
     def unbalanced_force(self) -> float:
         """Mean |resultant on a grain| over mean |contact force|; infinite without contacts."""
         size = np.linalg.norm(self.force, axis=1)
-        if not size.any():
-            return float("inf")
-        return float(np.linalg.norm(self.resultant[: self.n_grains], axis=1).mean() / size.mean())
+        return unbalanced_ratio(self.resultant[: self.n_grains], float(size.sum()), len(size))

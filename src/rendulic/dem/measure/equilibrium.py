@@ -8,6 +8,7 @@ import numpy as np
 
 from rendulic.dem.measure.energy import elastic_energy, kinetic_energy
 from rendulic.dem.state.assembly_state import AssemblyState
+from rendulic.specimen.unbalanced import unbalanced_ratio
 
 __all__ = ["KINETIC_TOLERANCE", "TOLERANCE", "Equilibrium", "assess", "unbalanced_force"]
 
@@ -55,10 +56,7 @@ def unbalanced_force(assembly: AssemblyState) -> float:
     closed = contacts.force[contacts.force_n > 0]
     walls = assembly.wall_contacts.force
     total = np.sqrt((closed**2).sum(axis=1)).sum() + walls.sum()
-    n_contacts = len(closed) + int((walls > 0).sum())
-    if total == 0.0:
-        return float("inf")
-    return float(np.linalg.norm(assembly.grains.force, axis=1).mean() * n_contacts / total)
+    return unbalanced_ratio(assembly.grains.force, total, len(closed) + int((walls > 0).sum()))
 
 
 def assess(
