@@ -19,6 +19,7 @@ import numpy as np
 
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
+from rendulic.dem.state.assembly_state import DAMPING
 from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.foundation.whole_file import whole_file
@@ -93,7 +94,10 @@ def read_snapshot(path: str | os.PathLike, friction: float | None = 0.7) -> Snap
 
 
 def read(
-    path: str | os.PathLike, law: LinearFrictional | None = None, damping: float = 0.05, friction: float = 0.7
+    path: str | os.PathLike,
+    law: LinearFrictional | None = None,
+    damping: float = DAMPING,
+    friction: float = LinearFrictional.friction,
 ) -> Assembly:
     """Read a state of spheres between walls as an `Assembly` that steps on.
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from rendulic.dem.assembly import Assembly
 from rendulic.dem.laws import LinearFrictional
+from rendulic.dem.state.assembly_state import DAMPING
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.foundation.whole_file import whole_file
 from rendulic.io.lammps.text import numbers_of, table_of, text_of, whole_numbers_of
@@ -23,7 +24,7 @@ VELOCITIES = ("id", "vx", "vy", "vz", "wx", "wy", "wz")
 SECTION = re.compile(r"^ *([A-Z][A-Za-z ]*?) *(?:#(.*))?$", flags=re.MULTILINE)
 
 
-def read_data(path: str | os.PathLike, law: LinearFrictional | None = None, damping: float = 0.05) -> Assembly:
+def read_data(path: str | os.PathLike, law: LinearFrictional | None = None, damping: float = DAMPING) -> Assembly:
     """Read a data file with radii as an `Assembly` that steps on, between walls at the faces of the file's box.
 
     Parameters

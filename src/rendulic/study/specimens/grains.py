@@ -9,7 +9,9 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, field_validator, model_validator
 
 from rendulic.dem import Assembly, LinearFrictional, QuasiStatic, bring_to_rest, pack
-from rendulic.dem.packing import check_pressure
+from rendulic.dem.packing import PRESSURE, RADII, check_pressure
+from rendulic.dem.state import margins
+from rendulic.dem.state.assembly_state import DENSITY
 from rendulic.foundation.errors import DidNotConverge, one_of
 from rendulic.foundation.validation import Positive, Section, Whole
 from rendulic.loading import paths
@@ -20,17 +22,20 @@ from rendulic.study.values import Damping, Friction, Porosity, Seeds
 
 __all__ = ["Contact", "GrainsSpecimen", "LoadPacking", "Loading", "MakePacking"]
 
-MARGIN = 0.05  # of the mean radius: how far from each other neighbours are listed, `dem.Assembly`
 SOLID = 0.6  # solid fraction, about
 
 
 class Contact(Section):
     """The linear frictional law of all grains."""
 
-    modulus_pa: Positive = Field(356e6, description="K of the normal stiffness k_n = K (R1 + R2), Pa")
-    tangential_ratio: Positive = Field(0.42, description="k_t / k_n")
-    friction: Friction = Field(0.7, description="coefficient of friction between grains; walls have none")
-    stiffness_rule: str = Field("mean_diameter", description="mean_diameter or harmonic")
+    modulus_pa: Positive = Field(
+        LinearFrictional.modulus, description="K of the normal stiffness k_n = K (R1 + R2), Pa"
+    )
+    tangential_ratio: Positive = Field(LinearFrictional.tangential_ratio, description="k_t / k_n")
+    friction: Friction = Field(
+        LinearFrictional.friction, description="coefficient of friction between grains; walls have none"
+    )
+    stiffness_rule: str = Field(LinearFrictional.stiffness_rule, description="mean_diameter or harmonic")
 
     @model_validator(mode="after")
     def _rule_exists(self) -> Contact:
@@ -53,11 +58,17 @@ class Contact(Section):
 class Loading(Section):
     """How packings are made and sheared: quasi-static, see `rd.dem.QuasiStatic`."""
 
-    inertial_number: Positive = Field(2e-5, le=0.1, description="rate of shearing")
-    unbalanced_limit: Positive = Field(5e-3, lt=1, description="largest unbalanced force while loading")
-    damping: Damping = Field(0.3, description="of Cundall, while preparing and shearing")
+    inertial_number: Positive = Field(QuasiStatic.inertial_number, le=0.1, description="rate of shearing")
+    unbalanced_limit: Positive = Field(
+        QuasiStatic.unbalanced_limit, lt=1, description="largest unbalanced force while loading"
+    )
+    damping: Damping = Field(QuasiStatic.damping, description="of Cundall, while preparing and shearing")
     mass_scaling: float = Field(
-        1.0, ge=0, le=100, strict=True, description="inertia of small grains for large steps; 0: none"
+        QuasiStatic.mass_scaling,
+        ge=0,
+        le=100,
+        strict=True,
+        description="inertia of small grains for large steps; 0: none",
     )
 
     def speed(self) -> QuasiStatic:
@@ -70,10 +81,10 @@ class Recipe(Section):
     """Spheres grown in a cube to an isotropic pressure."""
 
     n_grains: Annotated[Whole, Field(ge=20, le=1_000_000)] = Field(description="number of spheres")
-    radius_min_m: Positive = Field(2e-3, description="smallest radius of the uniform distribution, m")
-    radius_max_m: Positive = Field(18e-3, description="largest radius, m")
-    density_kg_m3: Positive = Field(2600.0, description="density of the grains, kg/m3")
-    pressure_pa: Positive = Field(200e3, description="isotropic pressure, and lateral stress of the test, Pa")
+    radius_min_m: Positive = Field(RADII[0], description="smallest radius of the uniform distribution, m")
+    radius_max_m: Positive = Field(RADII[1], description="largest radius, m")
+    density_kg_m3: Positive = Field(DENSITY, description="density of the grains, kg/m3")
+    pressure_pa: Positive = Field(PRESSURE, description="isotropic pressure, and lateral stress of the test, Pa")
     growth_friction: Friction | None = Field(
         None, description="friction during growth, less gives denser; the law's if not given"
     )
@@ -187,7 +198,7 @@ class GrainsSpecimen(SpecimenSection, Recipe):
         return {"loading": self.loading.model_dump(mode="json")}
 
     def check_probe(self, what: str, norm: float) -> None:
-        way, margin = norm * self.edge, MARGIN * self.mean_radius
+        way, margin = norm * self.edge, margins.NEW * self.mean_radius
         if way > margin:
             raise ValueError(
                 f"{what}: a probe of norm {norm:g} moves walls {self.edge:.3g} m apart by {way:.2g} m, beyond the margin of "
