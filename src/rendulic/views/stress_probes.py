@@ -57,7 +57,9 @@ def stress_probes(tables: Mapping[str, xr.Dataset], title: str = "") -> StressPr
             float(table.attrs["rms"]), int(table.attrs["n_compared"]),
         ))  # fmt: skip
     rows = [(one.label, f"{one.rms:.2g}", str(one.n_compared), str(len(one.found))) for one in panels]
-    shown = Table("Difference of stress probes from strain probes", ("state", "rms of W2n", "compared", "probes"), rows)
+    heads = ("state", "rms of W2n", "compared", "probes")
+    labels = [one.label for one in panels]
+    shown = Table("Difference of stress probes from strain probes", heads, rows, goes_to=labels)
     worst = max(panels, key=lambda one: one.rms if np.isfinite(one.rms) else -1.0)
     verdict = f"The largest root mean square difference of W2n is {worst.rms:.2g}, at {worst.label}."
     return StressProbesView(title=title, caption=CAPTION, verdict=verdict, tables=(shown,), panels=tuple(panels))
