@@ -164,7 +164,8 @@ def _clusters(axes: Axes, found: xr.Dataset) -> None:
     axes.set_xlim(-0.6, len(places) - 0.4)
     axes.set_ylabel("largest cluster  [% of the set]")
     axes.set_title("clusters", loc="left")
-    axes.legend(loc="best")
+    axes.set_ylim(top=1.25 * axes.get_ylim()[1])  # room for the legend
+    axes.legend(loc="upper left", ncols=2)
 
 
 def anatomy_around(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:

@@ -61,7 +61,7 @@ def _tests(view: TestsAlongPaths) -> Figure:
             if swells:
                 panels[3].plot(strain, 100 * curve.eps_v, color=colour)
         panels[0].plot([], [], "o", ms=5, mfc="white", mec=INK, label=r"$W_2 = 0$")
-        panels[0].legend(loc="best")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
         panels[2].axhline(0.0, color=NEGATIVE, lw=0.8, ls="--")
         label_panels(panels)
         figure.suptitle(view.title, x=0.02, ha="left")

@@ -12,15 +12,16 @@ from rendulic.figures.bifurcation import bifurcation_map
 from rendulic.figures.bursts import burst_table
 from rendulic.figures.circular import circular_diagram, circular_diagrams
 from rendulic.figures.cones import cones
+from rendulic.figures.draw import draw
 from rendulic.figures.element import element_tests
 from rendulic.figures.forces import forces
 from rendulic.figures.stereogram import stereogram
-from rendulic.figures.triaxial import deviatoric_stress
 from rendulic.figures.work_by_class import work_by_class
 from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.cone import Cone
 from rendulic.probing.second_order_work import SecondOrderWork
 from rendulic.specimen.snapshot import Snapshot
+from rendulic.views.loading import loading_curves
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,9 +92,7 @@ def _of_dataset(data: xr.Dataset, title: str) -> Figure:
     if "w2_normalised" in data and "alpha" in data.dims:
         return circular_diagrams({"": data}, title) if "norm" in data.dims else circular_diagram({"": data}, title)
     if {"q", "eps_1"} <= set(data.data_vars):
-        figure = deviatoric_stress(data)
-        figure.suptitle(title)
-        return figure
+        return draw(loading_curves({"": data}, title=title))
     raise InvalidInput(
         f"no figure belongs to a dataset of {', '.join(map(str, data.data_vars)) or 'nothing'}: see rd.figures for all "
         "that there are"

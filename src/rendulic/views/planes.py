@@ -88,8 +88,15 @@ def plane_work(curve: xr.Dataset, title: str = "") -> PlaneWork:
     order = sorted((strain, angle) for angle, strain in lost.items() if strain is not None)
     told = ", ".join(f"{angle:g}° at {100 * strain:.2f} %" for strain, angle in order)
     onset = view.first("w2_lost", -1)
-    whole = "the assembly does not" if onset is None else f"the assembly at {100 * onset:.2f} %"
-    verdict = f"Planes lose second-order work in this order (angle to axis 1, axial strain): {told or 'none'}; {whole}."
+    verdict = "W2 does not turn negative, neither on a plane nor in the assembly."
+    if order or onset is not None:
+        whole = "in the assembly it does not" if onset is None else f"in the assembly at {100 * onset:.2f} %"
+        where = (
+            f"W2 turns negative on planes (angle to axis 1, axial strain): {told}"
+            if order
+            else "W2 turns negative on no plane"
+        )
+        verdict = f"{where}; {whole}."
     return PlaneWork(title=title, caption=WORK, verdict=verdict, curve=curve)
 
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["STUDY_FIGURES", "Done", "Missing", "done", "missing"]
 
 MOST_NAMED = 40  # missing units that are named
+MOST_KEYS = 6  # of a table in a table
 
 
 class Done(View):
@@ -84,6 +85,8 @@ def _short(value: Any) -> str:
         return f"{value:g}"
     if isinstance(value, list):
         return f"[{', '.join(map(_short, value))}]"
+    if isinstance(value, dict):
+        return ", ".join(value) if len(value) <= MOST_KEYS else f"{len(value)} values"
     return str(value)
 
 
