@@ -140,6 +140,7 @@ class Assembly(SteppedState):
         self,
         increment,
         n_steps: int,
+        *,
         kind: str = "strain",
         marks: tuple[float, ...] = (1.0,),
         on_mark: Callable[[float], None] | None = None,

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rendulic.dem.drive.quasi_static import strain_rate_of
 from rendulic.dem.drive.servo import drive_for
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.kernels.arrays import Drive
 from rendulic.dem.measure.energy import damping_forces, energies, kinetic_energy, whole_step_kinetic_energy
 from rendulic.dem.measure.equilibrium import unbalanced_force
+from rendulic.dem.measure.inertial_number import strain_rate_of
 from rendulic.dem.measure.snapshot import snapshot_of
 from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.checks import finite_array, positive_number, whole_number

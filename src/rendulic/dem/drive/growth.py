@@ -8,13 +8,14 @@ import numpy as np
 
 from rendulic.dem.drive.masses import scale_radii, scaled_inertia
 from rendulic.dem.drive.numbering import sort_grains
-from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, strain_rate_of
+from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic
 from rendulic.dem.drive.rest import bring_to_rest
 from rendulic.dem.drive.servo import drive_for, hold
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.laws import ContactLaw
 from rendulic.dem.measure.equilibrium import unbalanced_force
+from rendulic.dem.measure.inertial_number import strain_rate_of
 from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.errors import DidNotConverge, InvalidInput
 from rendulic.foundation.progress import Progress

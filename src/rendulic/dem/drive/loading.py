@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from rendulic.dem.drive.masses import scaled_inertia
-from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure, strain_rate_of
+from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure
 from rendulic.dem.drive.rest import bring_to_rest
 from rendulic.dem.drive.servo import drive_for, hold
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.measure.equilibrium import unbalanced_force
+from rendulic.dem.measure.inertial_number import strain_rate_of
 from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.checks import finite_array, increasing_fractions, positive_number, whole_number
 from rendulic.foundation.errors import one_of

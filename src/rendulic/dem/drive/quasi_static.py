@@ -10,10 +10,11 @@ import numpy as np
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.kernels.arrays import Drive
 from rendulic.dem.measure.equilibrium import KINETIC_TOLERANCE, TOLERANCE
+from rendulic.dem.measure.inertial_number import inertial_number
 from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.errors import InvalidInput
 
-__all__ = ["STEPS_PER_LOOK", "QuasiStatic", "advance_and_measure", "strain_rate_of"]
+__all__ = ["STEPS_PER_LOOK", "QuasiStatic", "advance_and_measure"]
 
 STEPS_PER_LOOK = 100  # between two looks at the unbalanced force
 
@@ -68,23 +69,8 @@ class QuasiStatic:
             raise InvalidInput(f"damping must be in [0, 1), got {self.damping!r}")
 
 
-def strain_rate_of(assembly: AssemblyState, inertial_number: float, pressure: float) -> float:
-    """Strain rate in 1/s at which the inertial number `I = rate d sqrt(rho / p)` has this value."""
-    diameter = 2.0 * float(assembly.grains.radius.mean())
-    return inertial_number / diameter * float(np.sqrt(max(pressure, 1.0) / assembly.density))
-
-
 def advance_and_measure(assembly: AssemblyState, n_steps: int, drive: Drive, damping: float) -> float:
-    """Make steps, in place, and return the inertial number of the strain that the walls really made.
-
-    It counts the fastest wall, servo-driven ones too, and the masses as they are scaled; infinite
-    where walls move and nothing carries pressure.
-    """
+    """Make steps, in place, and return the inertial number of the strain that the walls really made."""
     before = np.diag(assembly.strain)
     advance(assembly, n_steps, drive, damping)
-    rate = float(np.abs(np.diag(assembly.strain) - before).max()) / (n_steps * assembly.time_step)
-    if assembly.pressure <= 0.0:
-        return float("inf") if rate else 0.0
-    radius = assembly.grains.radius
-    density = float(assembly.grains.mass.sum() / (4.0 / 3.0 * np.pi * radius**3).sum())
-    return rate * 2.0 * float(radius.mean()) * float(np.sqrt(density / assembly.pressure))
+    return inertial_number(assembly, before, n_steps * assembly.time_step)

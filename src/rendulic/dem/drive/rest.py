@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from rendulic.dem.drive.masses import scaled_inertia
-from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure, strain_rate_of
+from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure
 from rendulic.dem.drive.servo import drive_for, hold
 from rendulic.dem.drive.stepping import tighten_list
 from rendulic.dem.drive.stopping import stop_rattlers, stop_spins
 from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.measure.equilibrium import Equilibrium, assess
+from rendulic.dem.measure.inertial_number import strain_rate_of
 from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.errors import NotEquilibrated
 from rendulic.foundation.progress import Progress, silent
