@@ -55,7 +55,14 @@ def _options(
     pass
 
 
-def _say_warning(message: Warning | str, category: type[Warning], *_: object) -> None:
+def _say_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: object = None,
+    line: object = None,
+) -> None:
     """A warning for the user as text; others are for developers."""
     if issubclass(category, FutureWarning | UserWarning):
         typer.secho(f"rendulic: {message}", fg="yellow", err=True)
