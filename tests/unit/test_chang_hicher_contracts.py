@@ -24,7 +24,7 @@ from rendulic.chang_hicher import (
     tangent,
 )
 from rendulic.chang_hicher.law.critical_state import critical_void_ratio, peak_friction
-from rendulic.foundation.errors import InvalidInput
+from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.io.tables import read_dataset, write_dataset
 from rendulic.loading.paths import Path
 from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev
@@ -486,23 +486,39 @@ def replaced(name, value):
     return rd.State(state.kind, state.arrays | {name: value}, state.attributes)
 
 
+def said(**attributes):
+    """A state with other attributes."""
+    state = rd.ChangHicher().at(P, 0.9).save()
+    return rd.State(state.kind, state.arrays, state.attributes | attributes)
+
+
 @pytest.mark.parametrize(
     ("state", "words"),
     [
         (rd.State("assembly of grains", {}, {}), "kind 'Chang-Hicher point', got one of kind 'assembly of grains'"),
-        (rd.State("Chang-Hicher point", {}, {}), "state of a Chang-Hicher point lacks"),
-        (without("memory"), "state of a Chang-Hicher point lacks 'memory'"),
-        (without("plane_weights"), "state of a Chang-Hicher point lacks 'plane_weights'"),
-        (replaced("memory", np.zeros(3)), "must have shape"),
-        (replaced("plane_strain", np.zeros((37, 3))), "plane_strain"),
-        (replaced("sigma", np.full(6, NAN)), "sigma"),
+        (rd.State("Chang-Hicher point", {}, {}), "state of a Chang-Hicher point lacks the array"),
+        (without("memory"), "state of a Chang-Hicher point lacks the array 'memory'"),
+        (without("plane_weights"), "state of a Chang-Hicher point lacks the array 'plane_weights'"),
+        (replaced("memory", np.zeros(3)), r"memory must have the shape \(37\), found \(3,\)"),
+        (replaced("memory", np.r_[np.zeros(5), -1.0, np.zeros(31)]), "memory, row 5: expected zero or more, found -1"),
+        (replaced("memory", np.zeros(37, ">f8")), "memory must be of float64, found >f8"),
+        (replaced("plane_strain", np.zeros((37, 3))), "plane_strain must have the shape"),
+        (replaced("plane_weights", np.ones(37)), "of sum 1"),
+        (replaced("sigma", np.full(6, NAN)), "sigma, row 0: expected a finite number"),
+        (replaced("sigma", np.zeros(6)), "sigma must be of positive mean stress"),
+        (replaced("other", np.zeros(6)), "has an unknown array 'other'"),
+        (said(void_ratio_0="0.9"), "void_ratio_0 must be a number above 0, found '0.9'"),
+        (said(void_ratio_0=True), "void_ratio_0 must be a number above 0, found 'True'"),
+        (said(void_ratio_0=10**400), "void_ratio_0 must be a number"),
+        (said(parameters={"k_n0": -1.0}), "k_n0: Input should be greater than 0"),
+        (said(formulation="other"), "unknown formulation 'other'"),
+        (said(rule=None), "rule must be a name"),
     ],
-    ids=["kind", "empty", "no memory", "no weights", "short memory", "strains", "NaN"],
 )
 def test_states_that_are_not_restored(point, state, words):
     """States of other specimens, incomplete ones, and ones whose arrays do not fit together."""
     before = point.save().checksum
-    with pytest.raises(InvalidInput, match=words):
+    with pytest.raises(InvalidInput if state.kind != "Chang-Hicher point" else CorruptFile, match=words):
         point.restore(state)
     assert point.save().checksum == before
 

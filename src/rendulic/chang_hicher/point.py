@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rendulic.chang_hicher.checking import check_state
 from rendulic.chang_hicher.drive import controllability, following
 from rendulic.chang_hicher.drive.integration import LEAST_RECORDS, TOLERANCE
 from rendulic.chang_hicher.law.plane_model import PlaneModel
 from rendulic.chang_hicher.measure.planes import plane_stresses
-from rendulic.chang_hicher.state import ARRAYS, N, PointState
+from rendulic.chang_hicher.state import ARRAYS, PointState
 from rendulic.foundation.checks import finite_array
-from rendulic.foundation.errors import InvalidInput, one_of
+from rendulic.foundation.errors import CorruptFile, InvalidInput, one_of
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.paths import Path
 from rendulic.specimen.state import State
@@ -148,16 +149,14 @@ class MaterialPoint(PointState):
         Raises
         ------
         InvalidInput
-            If it is not the state of such a point, or an incomplete one.
+            If it is not the state of such a point.
+        CorruptFile
+            If something is missing or impossible in it: the field and the row are named.
         """
         state.expect_kind(KIND)
+        check_state(state.arrays, state.attributes)
         try:
             model = PlaneModel.from_saved(state.attributes, state.arrays)
-            n = len(model.rule)
-            kept: dict[str, Any] = {
-                name: finite_array(f"{name} of a state", state.arrays[name], tuple(n if k == N else k for k in shape))
-                for name, shape in ARRAYS.items()
-            }
-            return cls(model, state.attributes["void_ratio_0"], **kept)
-        except (KeyError, TypeError) as error:
-            raise InvalidInput(f"the state of a Chang-Hicher point lacks {error}") from None
+        except InvalidInput as error:
+            raise CorruptFile(f"the state of a Chang-Hicher point: {error}") from None
+        return cls(model, state.attributes["void_ratio_0"], **{name: state.arrays[name].copy() for name in ARRAYS})

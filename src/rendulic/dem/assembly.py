@@ -258,7 +258,7 @@ class Assembly(SteppedState):
         InvalidInput
             If the state is of another kind of specimen, or of another contact law.
         CorruptFile
-            If something is missing in it.
+            If something is missing or impossible in it: the field and the row are named.
         """
         saving.restore(self, state)
 

@@ -90,7 +90,7 @@ class PlaneModel:
 
     @staticmethod
     def from_saved(attributes: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> PlaneModel:
-        """The model that `save` told; raises `KeyError` or `TypeError` where it is incomplete."""
+        """The model that `save` told; raises `InvalidInput` if it is none."""
         n = len(arrays["plane_normals"])
         normals = finite_array("plane_normals of a state", arrays["plane_normals"], (n, 3))
         rule = SphereRule(attributes["rule"], normals, arrays["plane_weights"], attributes["rule_degree"])

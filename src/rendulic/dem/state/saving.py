@@ -9,6 +9,7 @@ import numpy as np
 
 from rendulic.dem.laws import LAWS, ContactLaw
 from rendulic.dem.state.assembly_state import AssemblyState, copied
+from rendulic.dem.state.checking import check_state
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.specimen.state import State
 
@@ -36,6 +37,7 @@ def state_of(assembly: AssemblyState) -> State:
 def restore(assembly: AssemblyState, state: State) -> None:
     """Put a saved state into `assembly`, in place, exactly."""
     state.expect_kind(KIND)
+    check_state(state.arrays, state.attributes)
     whole: dict[str, Any] = {"law": law_of(state, assembly.law)}
     try:
         for group, kind in GROUPS.items():
@@ -56,8 +58,15 @@ def law_of(state: State, given: ContactLaw | None, exactly: bool = False) -> Con
     """
     state.expect_kind(KIND)
     name, fields = state.attributes.get("law"), state.attributes.get("law_fields", {})
+    if not isinstance(name, str) or not isinstance(fields, dict):
+        raise CorruptFile(
+            f"the state of an assembly must name its contact law and the law's numbers, found {name!r:.80}"
+        )
     if name in LAWS and not exactly:
-        return LAWS[name](**fields)
+        try:
+            return LAWS[name](**fields)
+        except (TypeError, InvalidInput) as error:
+            raise CorruptFile(f"the state of an assembly has a law that cannot be: {error}") from None
     if given is not None and type(given).__name__ == name:
         if _fields(given) != fields:
             raise InvalidInput(f"the state was saved with {name}({fields}), the law given has {_fields(given)}")
