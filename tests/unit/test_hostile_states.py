@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import rendulic as rd
+from rendulic.cli.specimens import read_specimen
 from rendulic.dem.state.checking import ARRAYS, NUMBERS
 from rendulic.foundation.errors import CorruptFile, InvalidInput, RendulicError
 from rendulic.specimen.registry import specimen_of
@@ -88,8 +89,9 @@ def test_grains_are_refused_by_field_and_row(sheared, sheared_state, change, wor
 def test_a_wrong_state_in_a_file_is_refused(sheared_state, tmp_path):
     """A checksum says that a file is whole, not that it is right."""
     path = changed(sheared_state, "contacts/second", 7, 10**6).to_file(tmp_path / "wrong.h5")
-    with pytest.raises(CorruptFile, match="contacts/second, row 7"):
-        rd.io.read(path)
+    for read in (rd.io.read, rd.io.read_assembly, read_specimen):
+        with pytest.raises(CorruptFile, match=r"wrong.h5: .*contacts/second, row 7"):
+            read(path)
     with pytest.raises(CorruptFile, match="contacts/second, row 7"):
         specimen_of(rd.State.from_file(path))
 

@@ -34,6 +34,7 @@ def check_state(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any])
     n = len(fields.array("plane_normals", np.float64, (None, 3)))
     if not 0 < n <= MOST_PLANES:
         raise CorruptFile(f"{WHERE}: plane_normals must have 1 to {MOST_PLANES} rows, found {n}")
+    fields.refuse("plane_normals", np.abs(arrays["plane_normals"]) > 1.0 + 1e-6, "a unit vector")
     fields.array("plane_weights", np.float64, (n,))
     for name, shape in ARRAYS.items():
         fields.array(name, np.float64, tuple(n if k == N else k for k in shape))

@@ -24,10 +24,12 @@ def read_specimen(path: Path) -> Assembly | MaterialPoint:
     """
     from rendulic.chang_hicher.point import KIND, MaterialPoint
     from rendulic.dem.assembly import Assembly
+    from rendulic.foundation.errors import told_of
     from rendulic.io.reading import read_assembly
     from rendulic.specimen.state import State
 
     if path.suffix in (".npz", ".data"):
         return read_assembly(path)
     state = State.from_file(path)
-    return MaterialPoint.from_state(state) if state.kind == KIND else Assembly.from_state(state)
+    with told_of(path):
+        return MaterialPoint.from_state(state) if state.kind == KIND else Assembly.from_state(state)

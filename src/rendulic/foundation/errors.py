@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "UnstableTimeStep",
     "nearest",
     "one_of",
+    "told_of",
 ]
 
 
@@ -39,6 +41,22 @@ class UnstableTimeStep(RendulicError):
 
 class CorruptFile(RendulicError):
     """A file is truncated, altered, foreign, or of a schema this version does not read."""
+
+
+@contextmanager
+def told_of(where: object) -> Iterator[None]:
+    """Wrong input and corrupt files in here are told of a file: its path comes before the sentence.
+
+    >>> with told_of("state.h5"):
+    ...     raise CorruptFile("no grains")
+    Traceback (most recent call last):
+        ...
+    rendulic.foundation.errors.CorruptFile: state.h5: no grains
+    """
+    try:
+        yield
+    except (InvalidInput, CorruptFile) as error:
+        raise type(error)(f"{where}: {error}") from None
 
 
 def nearest(name: str, options: Iterable[str]) -> str | None:

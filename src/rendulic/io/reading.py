@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rendulic.foundation.errors import CorruptFile, InvalidInput
+from rendulic.foundation.errors import CorruptFile, InvalidInput, told_of
 from rendulic.foundation.hdf5 import plain_file
 from rendulic.foundation.sealed import SIGNATURE, is_sealed
 from rendulic.specimen.snapshot import Snapshot
@@ -74,7 +74,9 @@ def read_assembly(path: str | os.PathLike) -> Assembly:
     if path.is_file() and path.suffix == ".data":
         return lammps.read_data(path)
     if path.is_file() and path.suffix == ".h5" and _format(path) == "rendulic state":
-        return Assembly.from_state(State.from_file(path))
+        state = State.from_file(path)
+        with told_of(path):
+            return Assembly.from_state(state)
     raise InvalidInput(
         f"{path} is no packing that steps on: expected a state of rendulic (.h5), a Yade state (.npz) or a data file of "
         "LAMMPS (.data)"
@@ -91,7 +93,5 @@ def _of_state(path: Path) -> Snapshot:
     from rendulic.specimen.state import State
 
     state = State.from_file(path)
-    try:
+    with told_of(path):
         return Assembly.from_state(state).snapshot()
-    except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}") from None

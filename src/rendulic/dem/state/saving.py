@@ -39,14 +39,10 @@ def restore(assembly: AssemblyState, state: State) -> None:
     state.expect_kind(KIND)
     check_state(state.arrays, state.attributes)
     whole: dict[str, Any] = {"law": law_of(state, assembly.law)}
-    try:
-        for group, kind in GROUPS.items():
-            own = {name: state.arrays[f"{group}/{name}"] for name in kind._fields}
-            whole[group] = copied(kind(**own))
-        whole |= {name: state.arrays[name].copy() for name in ARRAYS}
-        whole |= {name: state.attributes[name] for name in NUMBERS}
-    except KeyError as error:
-        raise CorruptFile(f"the state lacks what an assembly of this version needs: {error}") from None
+    for group, kind in GROUPS.items():
+        whole[group] = copied(kind(**{name: state.arrays[f"{group}/{name}"] for name in kind._fields}))
+    whole |= {name: state.arrays[name].copy() for name in ARRAYS}
+    whole |= {name: state.attributes[name] for name in NUMBERS}
     for name, value in whole.items():
         setattr(assembly, name, value)
 
