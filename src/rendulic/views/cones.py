@@ -134,7 +134,7 @@ def _table(rows: tuple[ConeOfState, ...]) -> Table:
         for row in rows
     ]  # fmt: skip
     marks: list[Mark] = ["doubtful" if not row.is_significant else "bad" if row.smallest < 0.0 else "" for row in rows]
-    return Table("ConesView", HEADS, cells, goes_to=[row.state for row in rows], marks=marks, marked=3)
+    return Table("Cones", HEADS, cells, goes_to=[row.state for row in rows], marks=marks, marked=3)
 
 
 def cones_of_study(results: Results) -> Mapping[str, View]:
