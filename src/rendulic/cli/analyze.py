@@ -29,7 +29,8 @@ def analyze(
         Path | None, typer.Option("--report", "-o", help="Folder for JSON, tables and figures; none if not given.")
     ] = None,
     friction: Annotated[
-        float | None, typer.Option(min=0.0, help="Coulomb coefficient, if the files do not say it: tells what slides.")
+        float | None,
+        typer.Option(min=0.0, help="Coulomb coefficient, if the files do not say it: shows which contacts slide."),
     ] = None,
     axial: Annotated[
         str, typer.Option(help="Which axis of the files is axial: 1, 2 or 3 (of LAMMPS's dumps x, y or z).")

@@ -1,4 +1,4 @@
-"""`rendulic element`: tests with the Chang-Hicher model."""
+"""`rendulic element`: the tests of a study along paths."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ __all__ = ["element"]
 
 
 def element(
-    study: Annotated[Path, typer.Argument(help="A TOML file with [[specimen]] and [[path]].")],
+    study: Annotated[Path, typer.Argument(help="A TOML file of a study with tests; see --init.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for tables and figures.")] = Path("elements"),
     init: Annotated[bool, typer.Option("--init", help="Write a commented file to begin with, and stop.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only how it went.")] = False,
 ) -> None:
-    """Run tests of a sand with the Chang-Hicher model: curves, planes and events as CSV and NetCDF, figures.
+    """Run the tests of a study along paths: curves, planes and events as CSV and NetCDF, one figure of all tests.
 
-    The file is a study like any other: this command draws its tests, whatever else it asks for.
+    The file is a study like any other, with [[specimen]] and [[path]]; only its tests are run and drawn. --init writes tests of a
+    sand with the Chang-Hicher model.
 
     Example: rendulic element tests.toml --init && rendulic element tests.toml -o elements
     """

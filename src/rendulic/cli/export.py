@@ -22,8 +22,7 @@ def export(
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the files.")] = Path("exported"),
 ) -> None:
-    """Write grains for ParaView (VTKHDF: grains, contacts, walls), as plain text, or as a deck for
-    LAMMPS, and tables as CSV.
+    """Write grains for ParaView (VTKHDF: grains, contacts, walls), as plain text or as an input of LAMMPS; write tables as CSV.
 
     Example: rendulic export after.h5 --before before.h5 --to vtkhdf -o paraview
     """

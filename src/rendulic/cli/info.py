@@ -20,10 +20,10 @@ SHOWN = 20  # missing units that are named
 def info(
     file: Annotated[Path, typer.Argument(help="A state file (.h5), or the folder of a study.")],
     check: Annotated[
-        bool, typer.Option("--check", help="Of a study: read every result, and name the damaged.")
+        bool, typer.Option("--check", help="Of a study: read every result, and name those that are damaged.")
     ] = False,
 ) -> None:
-    """Say what a saved state holds and whether it is at rest, or what of a study is done, running, failed, missing.
+    """Say what a saved state holds and whether it is at rest; of a study, what is done, running, failed or missing.
 
     Example: rendulic info demo/paper_seed_1/specimen.h5
     """

@@ -12,9 +12,7 @@ __all__ = ["init", "write_new"]
 
 def init(
     file: Annotated[Path, typer.Argument(help="The file to write.")] = Path("study.toml"),
-    preset: Annotated[
-        str | None, typer.Option(help="quick or paper: the study that rendulic reproduce runs, instead.")
-    ] = None,
+    preset: Annotated[str | None, typer.Option(help="quick, paper or element_tests: write this study instead.")] = None,
 ) -> None:
     """Write a study with every entry, its default and its meaning.
 

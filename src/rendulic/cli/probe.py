@@ -16,7 +16,7 @@ def probe(
     state: Annotated[Path, typer.Argument(help="A state file (.h5), or grains of Yade (.npz).")],
     norm: Annotated[list[float] | None, typer.Option(help="Norm of the strain increment; repeat for a sweep.")] = None,
     step: Annotated[float, typer.Option(help="Angle between directions in degrees.")] = 10.0,
-    n_steps: Annotated[int, typer.Option(min=1, help="Time steps up to the smallest norm.")] = 5000,
+    n_steps: Annotated[int, typer.Option(min=1, help="Time steps up to the smallest norm; for grains.")] = 5000,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for data and figures.")] = Path("probes"),
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core if not given.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the result.")] = False,

@@ -16,7 +16,7 @@ def report(
         Path | None, typer.Option("--output", "-o", help="The file; report.html in the folder if not given.")
     ] = None,
 ) -> None:
-    """Write one HTML page of a study: what was run, how far to trust it, what came out. It needs no network.
+    """Write one HTML page of a study: its results, how far to trust them, what was run. It needs no network.
 
     Example: rendulic report results
     """

@@ -20,14 +20,16 @@ def reproduce(
         list[str] | None,
         typer.Argument(
             help="fig1 fig2 fig3 fig4 (grains), fig6 fig7 fig9 fig10 fig3_model (Chang-Hicher model), all of these if "
-            "none is named; cones map bursts anatomy (failure itself, several packings: take their time)."
+            "none is named; cones map bursts anatomy (failure itself, of several packings: a quarter of an hour)."
         ),
     ] = None,
     preset: Annotated[str, typer.Option(help="quick (1 000 grains) or paper (10 000 grains).")] = "quick",
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for states, data and figures.")] = Path(
         "results"
     ),
-    seed: Annotated[int | None, typer.Option(help="Another packing of the same recipe.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the first packing; those of the others move with it.")
+    ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes; one per core if not given. Results do not depend on it.")
     ] = None,
@@ -35,7 +37,7 @@ def reproduce(
 ) -> None:
     """Reproduce the paper's figures, with grains and with the Chang-Hicher model, and show failure itself.
 
-    The studies behind it are files, see rendulic init --preset. What the folder holds already is found again, so an
+    It runs a study that is a file, see rendulic init --preset. Finished work in the folder is not done again, so an
     interrupted run goes on where it stopped.
 
     Example: rendulic reproduce fig6 fig7 fig9 fig10 -o model

@@ -32,17 +32,19 @@ def run(
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; one per core if not given.")] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(help="Address or scheduler file of a Dask scheduler whose workers see the folder, too."),
+        typer.Option(help="Address or scheduler file of a Dask scheduler; its workers must see the folder, too."),
     ] = None,
-    retry: Annotated[bool, typer.Option("--retry", help="Try again what the mechanics refused before.")] = False,
+    retry: Annotated[
+        bool, typer.Option("--retry", help="Try failed work again, also where the mechanics failed.")
+    ] = False,
     repair: Annotated[
-        bool, typer.Option("--repair", help="Check all that is there, make damaged results again.")
+        bool, typer.Option("--repair", help="Check all finished results, make damaged ones again.")
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only how it went.")] = False,
 ) -> None:
     """Do what a study asks for: specimens, states, probes, cones, bursts, paths, figures.
 
-    What the folder holds already is not done again, so an interrupted run goes on where it stopped. Exit code 3: something
+    Finished work in the folder is not done again, so an interrupted run goes on where it stopped. Exit code 3: something
     failed, the rest is done.
 
     Example: rendulic run study.toml -o results

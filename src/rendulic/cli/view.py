@@ -15,7 +15,7 @@ __all__ = ["view"]
 
 def view(
     folder: Annotated[Path, typer.Argument(help="The folder of a study, running or not.")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="On this machine; 0: any that is free.")] = 8470,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any that is free.")] = 8470,
     open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Show it in the browser.")] = True,
 ) -> None:
     """Show a study while it runs: progress, curves so far, the report of what is done. Only this machine can see it.
