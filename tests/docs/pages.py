@@ -17,10 +17,11 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 
 ROOT = Path(__file__).parents[2]
+CONTRIBUTING = ROOT / "docs" / "contributing"  # these need a copy of the source: tests/end_to_end follows them
 PAGES = [
     path
     for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "benchmarks").glob("*.md"))
-    if "build" not in path.relative_to(ROOT).parts
+    if "build" not in path.relative_to(ROOT).parts and CONTRIBUTING not in path.parents
 ]
 COMMENT = re.compile(r"<!-- (file|long|not run|needs): (.+?) -->")
 SHELL = ("bash", "sh", "console")

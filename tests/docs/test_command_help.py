@@ -24,11 +24,16 @@ def example_of(command) -> str:
 
 
 QUICK_STUDY = """
-[[test]]
+[[specimen]]
+name = "hostun"
+kind = "chang_hicher"
+preset = "hostun_loose"
+pressure_pa = 3e5
+void_ratios = [0.9]
+
+[[path]]
 name = "undrained"
 path = "undrained"
-pressure_pa = 3e5
-void_ratio = 0.9
 axial_strain = 0.02
 """
 
