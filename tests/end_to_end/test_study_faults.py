@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from rendulic.foundation.errors import RendulicError
+from rendulic.study.execution import run
 from rendulic.study.execution.campaign import run_study
 from rendulic.study.execution.local import LocalWorkers
 from rendulic.study.language.study_file import read_study
@@ -372,3 +373,21 @@ def test_workers_do_not_change_results(study, tmp_path):
     for count in (1, 3):
         run_study(read, tmp_path / str(count), executor=lambda folder, count=count: LocalWorkers(folder, count))
     assert units(tmp_path / "1") == units(tmp_path / "3")
+
+
+class Elsewhere(LocalWorkers):
+    """Workers that keep their results in another folder, as a worker of a cluster does that sees another disk."""
+
+    def __init__(self, folder):
+        super().__init__(folder.parent / "elsewhere", 1)
+
+
+def test_a_workers_word_is_not_taken_for_the_file(study, tmp_path, monkeypatch):
+    """What is not in the folder of the main process is not done: one sentence after a few seconds of patience."""
+    monkeypatch.setattr(run, "PATIENCE", 0.3)
+    with pytest.raises(
+        RendulicError, match=r"a worker says that sand sand, e = 0\.9 is done, but there is no whole file"
+    ):
+        run_study(read_study(study(NO_TABLES + sand_tests(1))), tmp_path / "out", executor=Elsewhere)
+    assert Store(tmp_path / "out").keys() == set()
+    assert len(Store(tmp_path / "elsewhere").keys()) == 1

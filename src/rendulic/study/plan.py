@@ -98,7 +98,8 @@ def plan_of(study: Study) -> Plan:
     plan = Plan(study)
     for specimen in study.specimen:
         for sample in specimen.samples():
-            before = plan.add(specimen.make(sample).unit(f"{specimen.kind} {sample}"))
+            task = specimen.make(sample)
+            before = plan.add(task.unit(f"{task.work} {sample}"))
             plan.samples[sample] = before
             for eta in specimen.eta:
                 state = StateId(*sample, eta)

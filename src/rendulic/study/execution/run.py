@@ -18,6 +18,7 @@ __all__ = ["Outcome", "Unwatched", "Watch", "run_units"]
 
 DEATHS = 5  # of workers at one unit, after which it is not handed out again in this run
 SECONDS_PER_LOOK, SECONDS_PER_NOTE = 0.5, 2.0
+PATIENCE, SECONDS_PER_TRY = 5.0, 0.1  # seconds for a network file system to show a result
 
 
 class Watch(Protocol):
@@ -147,6 +148,15 @@ class _Run:
                 self._fail(unit, f"its worker died {DEATHS} times; perhaps for lack of memory", False)
 
     def _finish(self, unit: Unit) -> None:
+        """A unit is done when its file is in the store as this process sees it, whatever a worker says."""
+        until = time.monotonic() + PATIENCE
+        while not self.store.is_kept(unit.key):
+            if time.monotonic() > until:
+                raise RendulicError(
+                    f"a worker says that {unit.label} is done, but there is no whole file {self.store.file(unit.key)}: the workers "
+                    f"must see the folder {self.store.folder} of this process, under the same name"
+                )
+            time.sleep(SECONDS_PER_TRY)
         self.outcome.done.add(unit.key)
         self.outcome.made += 1
         self.store.forget_failure(unit.key)

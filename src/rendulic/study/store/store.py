@@ -15,6 +15,7 @@ from filelock import BaseFileLock, FileLock, Timeout
 
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.foundation.json_text import read_json_text
+from rendulic.foundation.sealed import front_block, is_whole
 from rendulic.foundation.whole_file import whole_file
 from rendulic.study.store.unit_file import from_bytes, to_bytes
 
@@ -105,6 +106,15 @@ class Store:
         except OSError as error:
             raise CorruptFile(f"cannot read {path}: {error.strerror or error}") from None
         return from_bytes(data, path)[1]
+
+    def is_kept(self, key: str) -> bool:
+        """Whether a unit's file is there and whole, as this process sees it."""
+        try:
+            data = self.file(key).read_bytes()
+        except OSError:
+            return False
+        block = front_block(data)
+        return block is not None and is_whole(data, block)
 
     def damaged(self, keys: set[str]) -> dict[str, CorruptFile]:
         """Those of these finished units whose files are not what was written, and why."""
