@@ -263,9 +263,10 @@ def test_damaged_files_are_found_named_and_made_again(study, tmp_path):
     data = bytearray(flipped.read_bytes())
     data[len(data) // 2] ^= 4
     flipped.write_bytes(data)
-    told = subprocess.run(
-        [*COMMAND, "info", folder, "--check"], capture_output=True, text=True, timeout=60, check=True
-    ).stdout
+    asked = [*COMMAND, "info", folder, "--check"]
+    done = subprocess.run(asked, capture_output=True, text=True, timeout=60, check=False)
+    told = done.stdout
+    assert done.returncode == 4
     assert f"damaged: {truncated}" in told
     assert f"damaged: {flipped}" in told
     # a state that starts from a damaged packing must be made: the run says what is damaged and what to do

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["info"]
 
 SHOWN = 20  # missing units that are named
+DAMAGED = 4  # exit code: a result is not what was written
 
 
 def info(
@@ -56,9 +57,11 @@ def _of_study(folder: Path, check: bool) -> None:
         typer.echo(f"  running: {unit.label}{far}")
     for unit, why in status.failed.items():
         typer.echo(f"  failed: {unit.label}: {why}")
+    damaged: dict = {}
     if check:
         results = results_in(folder)
-        for error in results.store.damaged(results.done & set(results.wanted)).values():
+        damaged = results.store.damaged(results.done & set(results.wanted))
+        for error in damaged.values():
             typer.echo(f"  damaged: {error}")
     for unit in status.missing[:SHOWN]:
         typer.echo(f"  missing: {unit.label}")
@@ -66,6 +69,8 @@ def _of_study(folder: Path, check: bool) -> None:
         typer.echo(f"  and {len(status.missing) - SHOWN} more")
     if status.others:
         typer.echo(f"  {status.others} more results of other versions of the study are kept")
+    if damaged:
+        raise typer.Exit(DAMAGED)
 
 
 def _eta(specimen: Specimen) -> float:
