@@ -10,21 +10,22 @@ import sys
 
 from dask_jobqueue import SLURMCluster
 
+from rendulic.figures.of_study import draw_study
 from rendulic.study.execution.campaign import run_study
 from rendulic.study.execution.cluster import ClusterWorkers
 from rendulic.study.language.study_file import read_study
 
 if __name__ == "__main__":
-    study, folder = sys.argv[1:]
+    file, folder = sys.argv[1:]
+    study = read_study(file)
     one_thread = ["export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1"]
     with SLURMCluster(
         cores=1, processes=1, memory="2GB", walltime="24:00:00", nanny=False, job_script_prologue=one_thread
     ) as cluster:
         cluster.scale(64)
         cluster.wait_for_workers(8)  # more are used as they come
-        report = run_study(
-            read_study(study), folder, executor=lambda where: ClusterWorkers(where, cluster.scheduler_address)
-        )
-    for unit, error in report.outcome.failed.items():
+        done = run_study(study, folder, executor=lambda where: ClusterWorkers(where, cluster.scheduler_address))
+    draw_study(done.results, study.figures.draw)
+    for unit, error in done.outcome.failed.items():
         sys.stderr.write(f"failed: {unit.label}: {error}\n")
-    sys.exit(3 if report.outcome.failed else 0)
+    sys.exit(3 if done.outcome.failed else 0)

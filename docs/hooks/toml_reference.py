@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from importlib import import_module
 from types import UnionType
@@ -11,6 +12,8 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
+
+from rendulic.views.catalogue import catalogue
 
 # every file that a user writes: title, model, and what it is for
 FILES = (
@@ -49,7 +52,21 @@ def toml_page() -> str:
         module, _, name = place.partition(":")
         parts.append(f"## {title}\n\n{about}\n\n")
         parts += sections(getattr(import_module(module), name), "", "", {})
+        if title == "Studies":
+            parts += figures()
     return "".join(parts)
+
+
+def figures() -> list[str]:
+    """The names of all figures that a study can ask for."""
+    heads = "### Names of figures\n\nFor `draw` of `[figures]`.\n\n| name | shows | needs |\n|---|---|---|\n"
+    rows = [f"| `{name}` | {figure.shows} | {_code(figure.lacks)} |\n" for name, figure in catalogue().items()]
+    return [heads, *rows, "\n"]
+
+
+def _code(text: str) -> str:
+    """Words with the names of tables, and what is set in them, as code."""
+    return re.sub(r"\[\[\w+\]\]|\w+ = (?:\"\w+\"|\w+)", r"`\g<0>`", text)
 
 
 def sections(model: type[BaseModel], path: str, which: str, shown: dict[type[BaseModel], str]) -> list[str]:

@@ -9,6 +9,8 @@ import pytest
 from pages import ROOT
 from pydantic import BaseModel
 
+from rendulic.views.catalogue import catalogue
+
 sys.path.insert(0, str(ROOT / "docs" / "hooks"))
 
 from command_line import command_line_page
@@ -36,6 +38,13 @@ def test_every_key_is_in_the_reference(title, place):
     keys = {key for model in models_in(getattr(import_module(module), name)) for key in model.model_fields}
     assert keys
     assert {key for key in keys if f"`{key}`" not in part and f"{key}]" not in part} == set()
+
+
+def test_every_figure_is_in_the_reference():
+    """Each name that `[figures] draw` takes."""
+    part = toml_page().split("### Names of figures\n")[1].split("\n## ")[0]
+    assert catalogue()
+    assert [name for name in catalogue() if f"| `{name}` |" not in part] == []
 
 
 def test_every_command_is_in_the_reference():

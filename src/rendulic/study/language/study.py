@@ -18,7 +18,9 @@ __all__ = ["Figures", "Study"]
 class Figures(Section):
     """What is drawn when all that it needs is there, and written under names that people know."""
 
-    draw: tuple[str, ...] = Field((), max_length=100, description="names of figures; see the gallery")
+    draw: tuple[str, ...] = Field(
+        (), max_length=100, description="names of figures; the reference of TOML files has all"
+    )
     diagram_norm: Positive | None = Field(
         None, description="size of the probes in Figs. 3 and 4; the smallest of the set if not given"
     )
