@@ -20,7 +20,19 @@ def init(
     """
     from rendulic.study.language.study_file import preset_text, template
 
-    write_new(file, template() if preset is None else preset_text(preset))
+    write_new(file, f"{template()}{_figures()}" if preset is None else preset_text(preset))
+
+
+def _figures() -> str:
+    """The names of all figures, as comments."""
+    from rendulic.views.catalogue import catalogue
+
+    lines = [
+        f"#   {name:<14} {figure.shows}; needs {figure.lacks}"
+        for name, figure in catalogue().items()
+        if not figure.in_report_only
+    ]
+    return "\n".join(["# names of figures:", *lines, ""])
 
 
 def write_new(file: Path, text: str) -> None:

@@ -51,7 +51,16 @@ def run(
     """
     from rendulic.study.language.study_file import read_study
 
-    run_and_draw(read_study(study), output or Path(study.stem), scheduler, workers, quiet, retry=retry, repair=repair)
+    run_and_draw(
+        read_study(study),
+        output or Path(study.stem),
+        scheduler,
+        workers,
+        quiet,
+        retry=retry,
+        repair=repair,
+        what=str(study),
+    )
 
 
 def run_and_draw(
@@ -63,15 +72,20 @@ def run_and_draw(
     figures: list[str] | None = None,
     retry: bool = False,
     repair: bool = False,
+    what: str = "",
 ) -> None:
     """Do all of a study, or what some figures need; draw, and say how it went. Code 3 if something failed."""
     from rendulic.figures.of_study import draw_study
+    from rendulic.foundation.errors import InvalidInput
     from rendulic.study.execution.campaign import run_study
     from rendulic.study.plan import plan_of
     from rendulic.views.catalogue import check_figures, units_for
 
     names = list(study.figures.draw) if figures is None else figures
-    check_figures(plan_of(study), names)
+    try:
+        check_figures(plan_of(study), names)
+    except InvalidInput as error:
+        raise InvalidInput(f"{what}: {error}" if what else str(error)) from None
     only = None if figures is None else lambda plan: units_for(plan, names)
     with in_order(), campaign(quiet) as watch:
         done = run_study(
@@ -115,7 +129,7 @@ def say_how_it_went(run: StudyRun, drawn: Mapping[str, list[Drawn]]) -> None:
     """Answers, counts, figures, failures; ends the program with code 3 if there are any of these."""
     outcome, folder = run.outcome, run.results.store.folder
     for damage in run.repaired.values():
-        typer.echo(f"made again: {damage}")
+        typer.echo(f"made again: {str(damage).partition('; run again')[0]}")
     for name, views in drawn.items():
         for verdict in verdicts((one.view.title, one.view) for one in views):
             typer.echo(f"{name}: {verdict}")

@@ -69,7 +69,13 @@ def validated(model: type[Model], table: Mapping[str, Any], what: str) -> Model:
     try:
         return model.model_validate(dict(table))
     except ValidationError as error:
-        told = list(dict.fromkeys(_sentence(one, model, table) for one in error.errors()))
+        found = error.errors()
+        # a list whose entries were refused is not also too short
+        inner = {one["loc"][: len(one["loc"]) - 1] for one in found}
+        told = [
+            _sentence(one, model, table) for one in found if not (one["type"] == "too_short" and one["loc"] in inner)
+        ]
+        told = list(dict.fromkeys(told))
     more = f"; and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
     raise InvalidInput(f"{what}: {'; '.join(told[:MOST_TOLD])}{more}")
 

@@ -183,10 +183,12 @@ def size_of_probes(results: Results) -> str:
 
 
 def _diagrams(results: Results) -> View:
-    """Circular diagrams of the first sample of each specimen, at some of its states if there are many."""
-    first: dict[str, SampleId] = {}
-    for state in results.cones:
-        first.setdefault(state.specimen, state.sample)
+    """Circular diagrams of all sands and of the first seed of each packing, at some of their states if there are many."""
+    samples = list(dict.fromkeys(state.sample for state in results.cones))
+    first: dict[object, SampleId] = {}
+    for sample in samples:
+        # seeds are chance, void ratios are not
+        first.setdefault(sample.specimen if sample.by == "seed" else sample, sample)
     panels = {}
     for sample in first.values():
         states = [state for state in results.cones if state.sample == sample]
@@ -194,7 +196,9 @@ def _diagrams(results: Results) -> View:
         panels[f"{sample}\n{results.about(sample)}"] = {
             f"η = {states[k].eta:g}": results.cones[states[k]].probes for k in some
         }
-    return circular_panels(panels, f"Probes of the cones, {size_of_probes(results)}")
+    left = len(samples) - len(first)
+    more = f"; {left} more {'seed is' if left == 1 else 'seeds are'} not shown" if left else ""
+    return circular_panels(panels, f"Probes of the cones, {size_of_probes(results)}{more}")
 
 
 def _needs(plan: Plan) -> list[Unit]:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from pydantic import Field
 
-from rendulic.foundation.errors import one_of
+from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.study.ids import StateId
 from rendulic.study.specimens.section import SpecimenSection
 from rendulic.study.store.unit import Unit
 from rendulic.study.task import Parts, Task, kinds_of_work
 from rendulic.study.values import Name, Names, Seeds, StressRatios, VoidRatios
 
-__all__ = ["AnyPlan", "AnyStudy", "Measurement", "Selected", "measurements"]
+__all__ = ["AnyPlan", "AnyStudy", "Measurement", "Selected", "known", "measurements"]
 
 
 class AnyStudy(Protocol):
@@ -51,11 +51,20 @@ class AnyPlan(Protocol):
         """Units of a table by the name of their set and their state."""
 
 
+def known(what: str, name: str, names: Iterable[str], word: str) -> str:
+    """`name`, if it is one of `names`; else a `ValueError` that says in which set it is asked for, and the nearest."""
+    try:
+        return one_of(name, names, word)
+    except InvalidInput as error:
+        raise ValueError(f"{what}: {error}") from None
+
+
 class Measurement(Task):
     """Work at states of the study's specimens, asked for by a table of the study's file."""
 
     table: ClassVar[str] = ""  # its name in TOML, as in [[cones]]
     order: ClassVar[int] = 50  # those that need results of others come after them
+    of_grains: ClassVar[bool] = False  # whether only grains can be asked; states of sands are then left out
     not_inputs: ClassVar[frozenset[str]] = frozenset({"name"})  # fields that choose where, and change no result
 
     name: Name = Field(description="names the files of its results")
@@ -113,7 +122,7 @@ class Selected(Measurement):
 
     def states(self, study: AnyStudy) -> Iterator[StateId | None]:
         for specimen in study.specimen:
-            if self.specimens and specimen.name not in self.specimens:
+            if (self.specimens and specimen.name not in self.specimens) or (self.of_grains and not specimen.has_grains):
                 continue
             for sample in specimen.samples():
                 chosen = self.seeds if sample.by == "seed" else self.void_ratios
@@ -126,7 +135,7 @@ class Selected(Measurement):
 
     def check(self, study: AnyStudy) -> None:
         for name in self.specimens:
-            one_of(name, [specimen.name for specimen in study.specimen], f"specimen in {self.what}")
+            known(self.what, name, [specimen.name for specimen in study.specimen], "specimen")
         meant = [one for one in study.specimen if not self.specimens or one.name in self.specimens]
         samples = [sample for one in meant for sample in one.samples()]
         for asked, there, word in (
@@ -135,9 +144,9 @@ class Selected(Measurement):
             (self.eta, {eta for one in meant for eta in one.eta}, "eta"),
         ):
             if unknown := [value for value in asked if value not in there]:
-                known = ", ".join(f"{value:g}" for value in sorted(there)) or "none"
+                among = ", ".join(f"{value:g}" for value in sorted(there)) or "none"
                 raise ValueError(
-                    f"{self.what}: no specimen that is meant has {word} = {unknown[0]:g}; there are {known}"
+                    f"{self.what}: no specimen that is meant has {word} = {unknown[0]:g}; there are {among}"
                 )
         if not any(True for _ in self.states(study)):
             raise ValueError(

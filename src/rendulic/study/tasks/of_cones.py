@@ -7,12 +7,11 @@ from typing import Any, Self
 
 from pydantic import Field
 
-from rendulic.foundation.errors import one_of
 from rendulic.foundation.validation import Positive
 from rendulic.study.ids import StateId
 from rendulic.study.task import Task
 from rendulic.study.tasks.cones import ConeSet
-from rendulic.study.tasks.measurement import AnyPlan, AnyStudy, Measurement
+from rendulic.study.tasks.measurement import AnyPlan, AnyStudy, Measurement, known
 from rendulic.study.values import Damping, Name
 
 __all__ = ["OfCones"]
@@ -34,7 +33,7 @@ class OfCones(Measurement):
     def its_cones(self, study: AnyStudy) -> ConeSet:
         """The set of cones."""
         sets: Any = study.sets(ConeSet.table)
-        return sets[one_of(self.cones, sets, f"set of cones in {self.what}")]
+        return sets[known(self.what, self.cones, sets, "set of cones")]
 
     def check(self, study: AnyStudy) -> None:
         self.its_cones(study)
