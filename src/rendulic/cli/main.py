@@ -19,7 +19,7 @@ from rendulic.cli.report import report
 from rendulic.cli.reproduce import reproduce
 from rendulic.cli.run import run as run_command
 from rendulic.cli.view import view
-from rendulic.foundation.errors import RendulicError
+from rendulic.foundation.errors import ComingChange, RendulicError
 
 app = typer.Typer(
     help="Second-order work of granular materials: do they fail, in which directions, through which grains?",
@@ -64,7 +64,7 @@ def _say_warning(
     line: object = None,
 ) -> None:
     """A warning for the user as text; others are for developers."""
-    if issubclass(category, FutureWarning | UserWarning):
+    if issubclass(category, ComingChange):
         typer.secho(f"rendulic: {message}", fg="yellow", err=True)
 
 

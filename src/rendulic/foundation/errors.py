@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 
 __all__ = [
+    "ComingChange",
     "CorruptFile",
     "DidNotConverge",
     "InvalidInput",
@@ -41,6 +42,10 @@ class UnstableTimeStep(RendulicError):
 
 class CorruptFile(RendulicError):
     """A file is truncated, altered, foreign, or of a schema this version does not read."""
+
+
+class ComingChange(FutureWarning):
+    """What works now, and will not in the next version; the warning says what to write instead."""
 
 
 @contextmanager

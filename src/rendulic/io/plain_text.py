@@ -154,7 +154,7 @@ def write_plain_text(snapshot: Snapshot, folder: str | os.PathLike) -> Path:
 def _table(path: Path, wanted: tuple[str, ...]) -> pd.DataFrame:
     """The columns wanted, and normals if there are any, all of finite numbers."""
     try:
-        frame = pd.read_csv(path, skipinitialspace=True, nrows=LARGEST + 1)
+        frame = pd.read_csv(path, skipinitialspace=True, nrows=LARGEST + 1, float_precision="round_trip")
     except (ValueError, UnicodeDecodeError, OSError) as error:
         raise CorruptFile(f"{path} is not a table in CSV: {error}") from None
     frame.columns = [str(name).strip() for name in frame.columns]

@@ -13,7 +13,7 @@ import tomlkit
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from rendulic.foundation.errors import InvalidInput, one_of
+from rendulic.foundation.errors import ComingChange, InvalidInput, one_of
 from rendulic.foundation.validation import read_toml, validated
 from rendulic.study.language.old_form import is_old_form, new_form, new_text
 from rendulic.study.language.study import Figures, Study
@@ -57,7 +57,7 @@ def read_study(path: str | os.PathLike) -> Study:
 
     Warns
     -----
-    FutureWarning
+    ComingChange
         If it is written as for rendulic 0.1; the warning shows it in today's words.
     """
     table = read_toml(path, f"no study at {path}: check the path, or write one with rendulic init")
@@ -71,7 +71,7 @@ def study_from(table: Mapping[str, Any], what: str) -> Study:
         study = _checked(table, what)
         warnings.warn(
             f"{what} is written as for rendulic 0.1, which the next version will not read; write it so:\n\n{new_text(table)}",
-            FutureWarning,
+            ComingChange,
             stacklevel=3,
         )
         return study

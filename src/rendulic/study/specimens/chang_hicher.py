@@ -39,7 +39,7 @@ class SandMaterial(Section):
     """A material of the model, and how the model is evaluated."""
 
     material: Parameters = Field(Parameters(), description="values of its own, instead of the preset's")
-    formulation: Formulation = DEFAULT_FORMULATION
+    formulation: Formulation = Field(DEFAULT_FORMULATION, description="of the plane law: consistent, eq32 or printed")
     sphere_rule: str = Field("bazant_oh_37", description="bazant_oh_37, or lebedev_DEGREE")
 
     @field_validator("sphere_rule")
@@ -108,7 +108,7 @@ class LoadSand(Task):
 class SandSpecimen(SpecimenSection, SandMaterial):
     """Samples of one sand of the Chang-Hicher model, one for each void ratio, loaded through their states."""
 
-    kind: Literal["chang_hicher"]
+    kind: Literal["chang_hicher"] = Field(description="a sand of the Chang-Hicher model")
     preset: str | None = Field(None, description="hostun_loose or fig6_base; values in material replace the preset's")
     pressure_pa: Positive = Field(200e3, description="isotropic pressure of the sand as made, Pa")
     void_ratios: VoidRatios = Field(min_length=1, description="initial void ratios; a sample for each")

@@ -169,7 +169,7 @@ class GrainsSpecimen(SpecimenSection, Recipe):
 
     has_grains: ClassVar[bool] = True
 
-    kind: Literal["grains"]
+    kind: Literal["grains"] = Field(description="a packing of spheres")
     seeds: Seeds = Field((1,), description="of radii and places; a packing for each")
 
     @field_validator("seeds")

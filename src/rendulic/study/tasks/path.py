@@ -53,7 +53,9 @@ GOES_ON = ("strain", "eta", "peak", "target")  # how a leg must have ended for t
 class Leg(Section):
     """One path, followed from where the last one ended."""
 
-    path: Literal["drained", "undrained", "constant_p", "oedometric", "isotropic", "proportional"]
+    path: Literal["drained", "undrained", "constant_p", "oedometric", "isotropic", "proportional"] = Field(
+        description="what is controlled"
+    )
     axial_strain: Positive | None = Field(None, description="axial strain travelled at most; 0.2 if not given")
     until_eta: float | None = Field(
         None, strict=True, allow_inf_nan=False, description="stress ratio q/p at which it ends"
