@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -201,6 +202,39 @@ def test_spoilt_neutral_files_are_told(snapshot, tmp_path, spoil, words):
     with pytest.raises(CorruptFile, match=words) as told:
         rd.io.read(path)
     assert "one.h5" in str(told.value)
+
+
+def objects_of_heap(data):
+    """Places of the objects in the heap of texts of a file, with their numbers."""
+    heap = data.index(b"GCOL\1\0\0\0")
+    at, end = heap + 16, heap + int.from_bytes(data[heap + 8 : heap + 16], "little")
+    while at + 16 <= end:
+        number, length = struct.unpack_from("<H6xQ", data, at)
+        yield at, number
+        at += 16 + (length + 7) // 8 * 8 if number else length
+
+
+def test_a_heap_without_end_is_refused(snapshot, tmp_path):
+    """The library would follow a free room of no length for ever."""
+    path = rd.io.write_snapshot(snapshot, tmp_path / "one.h5")
+    data = bytearray(path.read_bytes())
+    (free,) = (at for at, number in objects_of_heap(data) if number == 0)
+    data[free + 8 : free + 16] = bytes(8)
+    path.write_bytes(data)
+    with pytest.raises(CorruptFile, match=r"one.h5 .*a heap of texts has no end"):
+        rd.io.read(path)
+
+
+def test_a_text_that_claims_gigabytes_is_refused(snapshot, tmp_path):
+    """The library would ask for so much memory before it looks at the text."""
+    path = rd.io.write_snapshot(snapshot, tmp_path / "one.h5")
+    data = bytearray(path.read_bytes())
+    heap = data.index(b"GCOL\1\0\0\0")
+    reference = data.index(struct.pack("<QI", heap, 1))
+    data[reference - 4 : reference] = struct.pack("<I", 2**32 - 1)
+    path.write_bytes(data)
+    with pytest.raises(CorruptFile, match=r"one.h5 .*a text claims 4294967295 bytes"):
+        rd.io.read(path)
 
 
 @pytest.fixture(scope="module")

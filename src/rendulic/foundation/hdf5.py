@@ -8,23 +8,27 @@ What is read are plain arrays and attributes that lie in the file itself:
 4. Nothing is compressed: a few bytes of a compressed file can unpack to any number of bytes. None of rendulic's own files
    are. Checksums and reordered bytes (the filters fletcher32 and shuffle) are read.
 5. All that is read together claims no more bytes than the file has.
+6. Heaps of texts are looked at first, as damaged ones make the library loop for ever, or ask for gigabytes.
 
 Whatever the library says about anything else is one `CorruptFile`.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from math import prod
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
+from struct import unpack_from
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rendulic.foundation.errors import CorruptFile, RendulicError
-from rendulic.foundation.sealed import front_block, is_sealed, is_whole
+from rendulic.foundation.sealed import SIGNATURE, front_block, is_sealed, is_whole
 
 if TYPE_CHECKING:
     import h5py
@@ -36,6 +40,16 @@ KEEPING_SIZE = (2, 3)  # filters of HDF5: shuffle and fletcher32
 DEEPEST = 8  # groups within groups
 MOST = 100_000  # arrays and groups of a file
 MOST_TEXTS = 1_000_000  # texts of any length in an array
+HEAP = re.compile(rb"GCOL\x01\0\0\0")  # where a heap of texts begins
+# the type of texts, or of references to dimensions, of any length: of characters, of strings of one, of addresses
+ANY_LENGTH = re.compile(
+    rb"[\x19\x29\x39\x49][\x00-\x2f]..\x10\0\0\0(?:[\x10\x20\x30\x40]...\x01\0\0\0....|[\x13\x23\x33\x43]...\x01\0\0\0|"
+    rb"[\x17\x27\x37\x47]...\x08\0\0\0)",
+    re.DOTALL,
+)
+REFERENCES = np.dtype([("length", "<u4"), ("address", "<u8"), ("number", "<u4")])
+REFERENCE = REFERENCES.itemsize
+MOST_PIECES = 4096  # of an array of such texts
 IN_MEMORY = 100_000_000  # bytes that texts of one read may take; how long they are is known only then
 # how NetCDF ties arrays to their dimensions: references to other arrays of the file
 DIMENSIONS = ("DIMENSION_LIST", "REFERENCE_LIST")
@@ -87,9 +101,14 @@ def plain_file(path: Path, what: str, data: bytes | None = None) -> Iterator[Pla
         if data is not None:
             source = BytesIO(data)
         elif _is_sealed(path):
-            source = BytesIO(_unsealed(path))
+            source = BytesIO(data := _unsealed(path))
+        if data is not None:
+            expect_sound_texts(data)
+        else:
+            with path.open("rb") as opened, mmap(opened.fileno(), 0, access=ACCESS_READ) as mapped:
+                expect_sound_texts(mapped)
         with h5py.File(source, "r") as file:
-            yield PlainFile(file, path, size)
+            yield PlainFile(file, path, size, data)
 
 
 def _is_sealed(path: Path) -> bool:
@@ -106,6 +125,58 @@ def _unsealed(path: Path) -> bytes:
     return data
 
 
+def expect_sound_texts(data: bytes | mmap) -> None:
+    """Refuse texts of any length that would keep the library busy for ever, or make it ask for memory that no text needs.
+
+    1. They lie in heaps: blocks of objects, one after another, each with its length; free room is object 0. The library
+       follows a free room of length 0 without end.
+    2. An attribute refers to them by length and place, after its type and its dimensions. The library asks for as much
+       memory as the length says before it looks at the place.
+
+    Raises
+    ------
+    ValueError
+        If there is such a heap or reference, or lengths in the file do not have 8 bytes, so that both look otherwise.
+    """
+    start = data.find(SIGNATURE)
+    if start < 0 or data[start + 8 : start + 9] not in (b"\0", b"\1", b"\2", b"\3"):
+        raise ValueError("it has no beginning of HDF5")
+    widths = start + (13 if data[start + 8] < 2 else 9)
+    if data[widths : widths + 2] != b"\x08\x08":
+        raise ValueError("its addresses and lengths do not have 8 bytes")
+    for heap in re.finditer(HEAP, data):
+        (size,) = unpack_from("<Q", data, heap.end())
+        at, end = heap.start() + 16, min(heap.start() + size, len(data))
+        while at + 16 <= end:
+            number, length = unpack_from("<H6xQ", data, at)
+            if number == length == 0:
+                raise ValueError("a heap of texts has no end")
+            at += 16 + (length + 7) // 8 * 8 if number else length
+    for kind in re.finditer(ANY_LENGTH, data):
+        for length in _lengths(data, kind.end()):
+            if length > len(data):
+                raise ValueError(f"a text claims {length} bytes, more than the {len(data)} that the file has")
+
+
+def _lengths(data: bytes | mmap, at: int) -> Iterator[int]:
+    """Lengths in the references of an attribute whose type ends at a place; none if it is of something else."""
+    for padding in (0, 4):
+        version, rank, flags, scalar = data[at + padding : at + padding + 4].ljust(4, b"\xff")
+        if version == 1 and rank <= MOST_DIMENSIONS and flags < 2:
+            sizes = at + padding + 8
+        elif version == 2 and rank <= MOST_DIMENSIONS and flags < 2 and scalar == (rank > 0):
+            sizes = at + padding + 4
+        else:
+            continue
+        if sizes + 8 * rank > len(data):
+            return
+        count = prod(unpack_from(f"<{rank}Q", data, sizes))
+        begin = sizes + 8 * rank * (1 + flags)
+        for place in range(begin, min(begin + REFERENCE * count, len(data) - REFERENCE + 1), REFERENCE):
+            yield unpack_from("<I", data, place)[0]
+        return
+
+
 class PlainFile:
     """What may be read of an open HDF5 file.
 
@@ -116,10 +187,12 @@ class PlainFile:
         For messages.
     size : int
         Bytes that it has.
+    data : bytes, optional
+        The bytes.
     """
 
-    def __init__(self, file: h5py.File, path: Path, size: int) -> None:
-        self.file, self.path, self.size = file, path, size
+    def __init__(self, file: h5py.File, path: Path, size: int, data: bytes | None = None) -> None:
+        self.file, self.path, self.size, self.data = file, path, size, data
         self.left, self._seen = size, 0
 
     def attributes(self, place: str = "") -> dict[str, Any]:
@@ -157,7 +230,10 @@ class PlainFile:
         }
 
     def check(self) -> None:
-        """Refuse the file unless all of it is plain; arrays of texts of any length are. For readers of other libraries."""
+        """Refuse the file unless all of it is plain; for readers of other libraries.
+
+        Arrays of texts of any length are plain here, if together they are no longer than the file.
+        """
         import h5py
 
         self._attributes(self.file, "")
@@ -254,14 +330,27 @@ class PlainFile:
         self._expect_plain(item, place, "O")
         if item.size > MOST_TEXTS:
             raise self._wrong(place, f"has {item.size} texts, more than the {MOST_TEXTS} that are read")
-        if item.shape == () or len(item.shape) > 1 or item.size == 0:
-            if item.size * self.size > max(self.size, IN_MEMORY):
-                raise self._wrong(place, f"has {item.size} texts in {len(item.shape)} dimensions, too many to be read")
-            self._take(sum(map(len, np.ravel(item[()]))), place)
-            return
-        at_once = max(1, IN_MEMORY // self.size)
-        for start in range(0, len(item), at_once):
-            self._take(sum(map(len, item[start : start + at_once])), place)
+        self._take(sum(int(lengths.sum()) for lengths in self._text_lengths(item, place)), place)
+
+    def _text_lengths(self, item: h5py.Dataset, place: str) -> Iterator[np.ndarray]:
+        """How long the texts of an array say that they are, from the bytes of the file: nothing is asked of the library."""
+        import h5py
+
+        assert self.data is not None
+        layout, pieces = item.id.get_create_plist().get_layout(), []
+        is_shuffled = bool(item.shuffle)
+        if layout == h5py.h5d.CHUNKED and not is_shuffled and (count := item.id.get_num_chunks()) <= MOST_PIECES:
+            infos = (item.id.get_chunk_info(k) for k in range(count))
+            pieces = [(info.byte_offset, info.size // REFERENCE) for info in infos]
+        elif layout == h5py.h5d.CONTIGUOUS:
+            begin = item.id.get_offset()
+            pieces = [] if begin is None else [(begin, item.size)]
+        else:
+            raise self._wrong(place, "has texts of any length in an unusual layout, which are not read")
+        if not self.data.startswith(SIGNATURE):
+            raise self._wrong(place, "has texts of any length, which are not read after a front block")
+        for begin, count in pieces:
+            yield np.frombuffer(self.data, REFERENCES, count, begin)["length"].astype(np.int64)
 
     def _attributes(self, item: h5py.Group | h5py.Dataset, place: str) -> dict[str, Any]:
         import h5py
@@ -272,17 +361,35 @@ class PlainFile:
             shape, kind = own.shape, own.dtype.kind
             count = prod(shape or ())
             if name in DIMENSIONS:
-                if name == "DIMENSION_LIST" and count > MOST_DIMENSIONS:
-                    raise self._wrong(place, f"has {count} dimensions, more than the {MOST_DIMENSIONS} that are read")
+                if not _are_references(own) or count > max(MOST_DIMENSIONS, self.size // REFERENCE):
+                    raise self._wrong(f"{place}/@{name}", "does not name dimensions of the file")
                 continue
             if kind == "O" and h5py.check_string_dtype(own.dtype) is not None:
-                is_plain = count <= 1 or count * self.size <= IN_MEMORY
+                is_plain = (count <= 1 or count * self.size <= IN_MEMORY) and _is_of_characters(own.get_type())
             else:
                 is_plain = kind in NUMBERS + TEXT and count * own.dtype.itemsize <= self.size
             if not is_plain:
                 raise self._wrong(f"{place}/@{name}", f"is not a plain attribute, but {count} of {own.dtype}")
             found[name] = _plain(item.attrs[name])
         return found
+
+
+def _is_of_characters(kind: h5py.h5t.TypeID) -> bool:
+    """Whether texts of any length are of single characters, and their type stands where they are: so far they were sought."""
+    return kind.get_super().get_size() == 1 and not kind.committed()
+
+
+def _are_references(attribute: h5py.h5a.AttrID) -> bool:
+    """Whether an attribute has references to dimensions, or to what has a dimension and which, and nothing else."""
+    import h5py
+
+    kind = attribute.get_type()
+    if kind.committed():
+        return False
+    if isinstance(kind, h5py.h5t.TypeVlenID):
+        return isinstance(kind.get_super(), h5py.h5t.TypeReferenceID)
+    members = [kind.get_member_type(k) for k in range(kind.get_nmembers())]
+    return [type(member) for member in members] == [h5py.h5t.TypeReferenceID, h5py.h5t.TypeIntegerID]
 
 
 def _plain(value: Any) -> Any:

@@ -9,12 +9,14 @@ import numpy as np
 
 from rendulic.dem.kernels.layout import GRAIN, N_CONTACT, N_GRAIN
 from rendulic.dem.state.assembly_state import LARGEST_FRACTION
+from rendulic.dem.state.grains import sphere_masses
 from rendulic.foundation.errors import CorruptFile
 from rendulic.specimen.fields import Fields
 
 __all__ = ["check_state"]
 
 WHERE = "the state of an assembly"
+SAME = 1e-9  # relative
 LARGEST_MARGIN = 1.0  # of the mean radius; the engine's own are 0.02 to 0.3
 # n grains, c candidate pairs, w candidates at walls
 ARRAYS: dict[str, tuple[type, tuple[int | str, ...]]] = {
@@ -88,6 +90,9 @@ def _check_grains(fields: Fields, arrays: Mapping[str, np.ndarray]) -> None:
     fields.refuse("grains/row", radius <= 0.0, "a positive radius")
     for name in ("grains/mass", "grains/inertia", "strain_origin"):
         fields.refuse(name, arrays[name] <= 0.0, "a positive number")
+    expected = sphere_masses(radius.copy(), fields.number("density"), fields.number("inertial_radius"))
+    for name, own in zip(("grains/mass", "grains/inertia"), expected, strict=True):
+        fields.refuse(name, ~(np.abs(arrays[name] - own) <= SAME * own), "that of a sphere of this radius and density")
     fields.refuse("walls/stiffness", arrays["walls/stiffness"] < 0.0, "zero or more")
     for name in ("walls/position", "list_wall_origin"):
         shut = np.repeat(arrays[name][1::2] <= arrays[name][0::2], 2)
