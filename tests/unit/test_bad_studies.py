@@ -209,6 +209,7 @@ def generated():
                 yield pytest.param(within(section, f"{name} = {value}"), name, id=f"{where}{name}={value}")
 
 
+@pytest.mark.long  # a thousand short ones
 @pytest.mark.parametrize(("text", "words"), list(generated()))
 def test_generated(run, text, words):
     """Misspelt entries name the nearest valid one, values of a wrong kind the entry."""
@@ -225,6 +226,7 @@ def numbers():
                 yield section, name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("value", ['"1"', "true", "-1", "inf", "1e400"])
 @pytest.mark.parametrize(("section", "name"), list(numbers()))
 def test_what_is_no_admissible_number(run, section, name, value):

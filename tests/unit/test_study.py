@@ -18,6 +18,8 @@ from rendulic.study.language.study_file import preset, preset_text, read_study, 
 from rendulic.study.plan import plan_of
 from rendulic.views.catalogue import check_figures, units_for
 
+pytestmark = [pytest.mark.long, pytest.mark.versions]  # whole studies, with processes of their own
+
 FIGURES = ("fig1", "fig2", "fig3", "fig4")
 
 
