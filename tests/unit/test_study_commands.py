@@ -15,7 +15,7 @@ from rendulic.study.language.study_file import read_study
 from rendulic.study.store.store import Store
 from rendulic.study.store.unit import Unit
 
-pytestmark = [pytest.mark.long, pytest.mark.versions]  # whole studies, with processes of their own
+pytestmark = pytest.mark.long  # whole studies, with processes of their own
 
 TESTS = '[[specimen]]\nname = "sand"\nkind = "chang_hicher"\npressure_pa = 1e5\nvoid_ratios = [0.9]\n' + "".join(
     f'[[path]]\nname = "t{k}"\npath = "undrained"\naxial_strain = 0.01{k}\n' for k in range(3)

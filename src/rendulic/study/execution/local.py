@@ -14,7 +14,9 @@ from queue import Empty, SimpleQueue
 from typing import IO, Any
 
 from rendulic.foundation.cores import workers_or_cores
+from rendulic.foundation.errors import RendulicError
 from rendulic.study.execution.executor import Event
+from rendulic.study.store.store import Store
 
 __all__ = ["LocalWorkers"]
 
@@ -75,13 +77,16 @@ class LocalWorkers:
         return [event]
 
     def close(self) -> None:
-        """End all workers, whatever they are doing."""
+        """End all workers, whatever they are doing, and remove what one of them had half-written."""
         every = [*self._idle, *self._busy.values()]
         self._idle, self._busy = [], {}
         for worker in every:
             worker.process.terminate()
         for worker in every:
             worker.end()
+        # a folder that cannot be read is told where its units are listed
+        with suppress(OSError, RendulicError):
+            Store(self.folder).sweep()
 
 
 def _complaints(folder: Path) -> IO[bytes]:
