@@ -222,7 +222,8 @@ def _of_sample(
     return circular_diagram(probes, title, _labels(states))
 
 
-def _of_grains(results: Results) -> list[tuple[str, SampleId, dict[StateId, xr.Dataset]]]:
+def of_grains(results: Results) -> list[tuple[str, SampleId, dict[StateId, xr.Dataset]]]:
+    """Those of `in_the_plane` that are of grains."""
     return [one for one in in_the_plane(results) if results.plan.specimen(one[1].specimen).has_grains]
 
 
@@ -235,7 +236,7 @@ def stems(stem: str, names: list[tuple[str, SampleId]]) -> list[str]:
 
 
 def _fig3(results: Results) -> dict[str, View]:
-    found = _of_grains(results)
+    found = of_grains(results)
     views: dict[str, View] = {}
     for (name, sample, states), stem in zip(found, stems("fig3", [one[:2] for one in found]), strict=True):
         views[stem] = _of_sample(results, sample, states, norm_of(results, name))

@@ -9,7 +9,7 @@ import numpy as np
 
 from rendulic.foundation.errors import InvalidInput
 from rendulic.views.catalogue import StudyFigure
-from rendulic.views.circular import IN_THE_PLANE, around_units, in_the_plane, norm_of, stems
+from rendulic.views.circular import IN_THE_PLANE, around_units, norm_of, of_grains, stems
 from rendulic.views.view import View
 
 if TYPE_CHECKING:
@@ -74,13 +74,9 @@ def macro_micro(probes: dict[str, xr.Dataset], title: str = "", states: dict[str
     return MacroMicro(title=title, caption=CAPTION, verdict=verdict, states=tuple(works))
 
 
-def _of_grains(results: Results):
-    return [one for one in in_the_plane(results) if results.plan.specimen(one[1].specimen).has_grains]
-
-
 def _fig4(results: Results) -> dict[str, View]:
     """The last state of each sample."""
-    found = _of_grains(results)
+    found = of_grains(results)
     views: dict[str, View] = {}
     for (name, sample, states), stem in zip(found, stems("fig4", [one[:2] for one in found]), strict=True):
         state, data = list(states.items())[-1]
@@ -92,7 +88,7 @@ def _fig4(results: Results) -> dict[str, View]:
 
 def _families(results: Results) -> dict[str, View]:
     views: dict[str, View] = {}
-    for name, sample, states in _of_grains(results):
+    for name, sample, states in of_grains(results):
         first = norm_of(results, name)
         for norm in sorted(results.sets("probes")[name].norms, key=lambda norm: norm != first):
             probes = {f"η = {state.eta:g}": data.sel(norm=norm) for state, data in states.items()}
