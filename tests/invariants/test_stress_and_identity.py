@@ -170,3 +170,15 @@ def test_a_fresh_assembly_of_permuted_grains_moves_alike(packed, straining):
         twin.advance(100, straining((0.5, -0.5, 0.0)))
         stresses.append(np.diag(twin.stress))
     assert_allclose(stresses[1], stresses[0], rtol=1e-11)
+
+
+@pytest.mark.parametrize("force", [3.0, -3.0], ids=["pressed", "pulled"])
+def test_walls_that_pull_are_in_tension(force):
+    """A grain that sticks to two walls, and is pulled apart by them: the sign of Love and Weber's stress."""
+    grain = rd.Snapshot(
+        position=np.array([[0.5, 0.5, 0.5]]), radius=np.array([0.5]),
+        wall_position=np.array([0.0, 1.0, 0.0, 2.0, 0.0, 1.0]), first=np.array([0, 0]), second=np.array([1, 2]),
+        normal=np.array([[-1.0, 0, 0], [1.0, 0, 0]]), force_n=np.array([force, force]), force_t=np.zeros((2, 3)),
+    )  # fmt: skip
+    np.testing.assert_array_equal(grain.wall_stress, np.diag([force / 2.0, 0.0, 0.0]))
+    assert_allclose(rd.micro.love_weber_stress(grain), grain.wall_stress, rtol=1e-15, atol=0)

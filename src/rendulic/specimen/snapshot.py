@@ -135,10 +135,14 @@ class Snapshot(Shown):
 
     @property
     def wall_stress(self) -> np.ndarray:
-        """(3, 3) principal Cauchy stress from the forces on walls and across periodic faces, in Pa, compression positive."""
+        """(3, 3) principal Cauchy stress from the forces on walls and across periodic faces, in Pa, compression positive.
+
+        Walls that are pulled inward, by grains that stick to them, count as tension.
+        """
         on_walls = self.resultant[self.n_grains :]
         axes = np.arange(6) // 2
-        pressing = np.abs(on_walls[np.arange(6), axes])
+        outward = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+        pressing = outward * on_walls[np.arange(6), axes]
         across = (self.force * self.across).sum(axis=0)
         areas = self.volume / self.lengths
         return np.diag((0.5 * (pressing[0::2] + pressing[1::2]) + across) / areas)
