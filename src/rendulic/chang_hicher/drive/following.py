@@ -22,7 +22,7 @@ from rendulic.tensors.invariants import stress_ratio
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["PathRecord", "follow_path", "load", "probe"]
+__all__ = ["PathRecord", "admissible_tolerance", "follow_path", "load", "probe"]
 
 BEYOND = 50.0  # bounds of strain that the parameter of a path may go where another axis has the bound
 
@@ -70,9 +70,7 @@ def follow_path(
     watches_planes: bool = True,
 ) -> PathRecord:
     """Follow the one or two phases of a path, in place."""
-    tolerance = positive_number("tolerance", tolerance)
-    if tolerance > 1e-2:
-        raise InvalidInput(f"tolerance must be at most 0.01, got {tolerance:g}: errors add up along the path")
+    tolerance = admissible_tolerance(tolerance)
     largest = 1.0 / whole_number("least_records", least_records, 1)
     is_stress = path.control.is_stress
     stress_rows = np.where(is_stress[:, None], path.control.stress_basis, 0.0)
@@ -112,6 +110,14 @@ def follow_path(
             f"({followed.stopped_by}): {point!r}"
         )
     return followed
+
+
+def admissible_tolerance(tolerance: float) -> float:
+    """The error per step, once it is small enough for errors not to add up to something."""
+    tolerance = positive_number("tolerance", tolerance)
+    if tolerance > 1e-2:
+        raise InvalidInput(f"tolerance must be at most 0.01, got {tolerance:g}: errors add up along the path")
+    return tolerance
 
 
 def _drive(point: PointState, path: Path) -> tuple[np.ndarray, float, dict[str, Any]]:
