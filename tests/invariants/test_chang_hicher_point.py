@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
+from scipy.integrate import trapezoid
 from scipy.spatial.transform import Rotation
 
 import rendulic as rd
@@ -295,6 +296,59 @@ def test_planes_slide_again_where_they_stopped(formulation):
     k_p = own.k_pR * own.k_n0 * 4.0 / (np.pi * (1.0 + e) * e * own.branch_length)
     friction = mobilised_friction(memory[planes], normal, k_p, own.tan_phi_mu)
     assert_allclose(obliquity, friction if formulation == "consistent" else memory[planes], rtol=1e-7)
+
+
+# --- limits of the model, as its page states them ------------------------------------------------------------
+
+
+def to_stress(axial, lateral):
+    """Bring the stress to these values."""
+    return Path("to a stress", rd.Control.of_strains(np.eye(3), ("stress",) * 3), stress=(axial, lateral, lateral))
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_limit_a_closed_stress_cycle_gains_or_loses_energy(sense):
+    """Five equal elastic cycles take, or give, 34.45 J/m3 each and leave the same strain each: it is no elastic energy.
+
+    The cycle is a parallelogram in axial and lateral stress, within what an earlier loading has mobilised.
+    """
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
+    point.load(rd.paths.drained_triaxial(until_eta=0.9))
+    corners = [(450e3, 300e3), (350e3, 200e3), (250e3, 200e3), (350e3, 300e3)]
+    point.load(to_stress(*corners[-1]))
+    memory, strains, works = point.memory.copy(), [point.eps.copy()], []
+    for _ in range(5):
+        work = 0.0
+        for corner in corners if sense > 0 else [*corners[-2::-1], corners[-1]]:
+            curve = point.load(to_stress(*corner), least_records=1000)
+            stress, strain = ([curve[f"{name}_{axis}"].values for axis in (1, 2, 3)] for name in ("sigma", "eps"))
+            work += sum(trapezoid(s, e) for s, e in zip(stress, strain, strict=True))
+        works.append(work)
+        strains.append(point.eps.copy())
+    # elastic: no plane that carries shear has slid
+    assert_allclose(point.memory, memory, rtol=1e-12, atol=0)
+    assert_allclose(works, -34.45 * sense, rtol=1e-3)
+    gained = np.diff(strains, axis=0)
+    assert_allclose(gained, np.broadcast_to(gained[0], gained.shape), rtol=0, atol=1e-12)
+    assert_allclose(gained[0][:3], sense * np.array([-3.504e-4, 1.752e-4, 1.752e-4]), rtol=1e-3)
+
+
+def test_limit_undrained_cycles_neither_build_up_pressure_nor_degrade():
+    """After the first, ten undrained cycles of q follow one line: hardening is isotropic, and nothing slides again.
+
+    A real loose sand loses effective pressure in every cycle.
+    """
+    point = rd.ChangHicher().at(P, 0.9)
+    pressures, spans = [], []
+    for _ in range(10):
+        for extension in (False, True):
+            sign = -1.0 if extension else 1.0
+            curve = point.load(rd.paths.constant_volume(0.05, until_eta=0.4 * sign, extension=extension))
+        pressures.append(float(curve.p[-1]))
+        spans.append(float(np.ptp(curve.eps_1.values)))
+    assert pressures[0] < 0.95 * P
+    assert_allclose(pressures[1:], pressures[0], rtol=1e-9)
+    assert_allclose(spans[1:], spans[1], rtol=1e-9)
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)

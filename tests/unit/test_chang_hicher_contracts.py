@@ -358,6 +358,17 @@ def test_a_void_ratio_never_vanishes():
     assert curve.sizes["record"] < 100
 
 
+@pytest.mark.parametrize("formulation", ["consistent", "eq32", "printed"])
+def test_a_critical_void_ratio_that_vanishes_is_the_cause(formulation):
+    """Beyond the mean stress where Eq. 34 is zero there is no friction: the path says so, and where it is."""
+    point = rd.ChangHicher(formulation=formulation, critical_slope=0.6).at(P, 0.9)
+    curve = point.load(rd.paths.isotropic(1e6))
+    assert curve.attrs["stopped_by"] == "no critical void ratio left"
+    # e_c = 1 - 0.6 log10(p / 10 kPa) = 0.001
+    assert_allclose(curve.p[-1], 10e3 * 10 ** (0.999 / 0.6), rtol=1e-9)
+    assert point.load(rd.paths.isotropic(1e6)).attrs["stopped_by"] == "no critical void ratio left"
+
+
 def test_progress_and_records_are_told(point):
     """Progress ends at the whole path with a line that names it; `on_record` is given the point."""
     told, seen = [], []

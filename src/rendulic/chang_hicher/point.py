@@ -50,8 +50,12 @@ class MaterialPoint(PointState):
            plane begins or ceases to load.
         3. The path ends at its strain, stress ratio or peak, or where no quasi-static continuation
            exists: `stopped_by` then says "loss of controllability", "plastic limit" (only formulations
-           that are not defined beyond), "no stress left" or "no voids left". The point stays there. The
+           that are not defined beyond), "no stress left", "no voids left" or "no critical void ratio left" (Eq. 34
+           gives none at a mean stress so high). The point stays there. The
            bound of strain (`Until`) holds for any axis while stresses are brought to their places.
+
+        Cycles of loading are beyond the model: within the elastic range a closed one gains or loses energy, and undrained ones
+        neither build up pore pressure nor degrade the sand.
 
         Parameters
         ----------

@@ -33,7 +33,7 @@ PLANE_COLUMNS = {
 # of `Scratch.shared`: what all planes share
 SHARED_ENTRIES = {
     "stiffness": 1, "tan_peak": 1, "by_pressure": 1, "by_void_ratio": 1, "density": 1, "void_ratio": 1,
-    "determinant": 1,
+    "critical_void_ratio": 1, "determinant": 1,
 }  # fmt: skip
 
 STATE = places("StatePlaces", STATE_ENTRIES)

@@ -12,19 +12,21 @@ __all__ = [
 ]  # fmt: skip
 
 # why following stopped
-FULL, TARGET, ETA, PEAK, UNCONTROLLED, LIMIT, TENSION, STUCK, AMBIGUOUS, STRAIN, NO_VOIDS = range(11)
+FULL, TARGET, ETA, PEAK, UNCONTROLLED, LIMIT, TENSION, STUCK, AMBIGUOUS, STRAIN, NO_VOIDS, NO_FRICTION = range(12)
 ENDS = ("full", "target", "eta", "peak", "loss of controllability", "plastic limit", "no stress left",
-        "too many steps", "no consistent loading of the planes", "strain", "no voids left")  # fmt: skip
+        "too many steps", "no consistent loading of the planes", "strain", "no voids left",
+        "no critical void ratio left")  # fmt: skip
 # what happened on the way: of the assembly, then of planes
 W2_LOST, W2_REGAINED, Q_PEAK, PLANE_W2_LOST, PLANE_W2_REGAINED, PLANE_LIMIT, PLANE_UNLOADS, PLANE_RELOADS = range(8)
 EVENTS = ("w2_lost", "w2_regained", "q_peak", "plane_w2_lost", "plane_w2_regained", "plane_limit",
           "plane_unloads", "plane_reloads")  # fmt: skip
 
 
-N_ITEMS = 5  # that can shorten a step, before those of the planes
+N_ITEMS = 6  # that can shorten a step, before those of the planes
 LIMIT_SHARE = 0.99  # of tan(phi_p): the hyperbola of Eq. 31 reaches 1 only after infinite sliding
 TOLERATED = 1e-9  # excess over the surface, and loading measure, at which a plane changes sides
 LEAST_VOID_RATIO = 0.02  # below, the grains would be one
+LEAST_CRITICAL = 1e-3  # critical void ratio below which the planes have no friction left, to be divided by
 
 
 @kernel
@@ -54,7 +56,7 @@ def slack_of(item, problem, now, y, rate, scratch):
 
 @kernel
 def slack_of_path(item, ends, largest_change, y, rate, shared, control):
-    """That of loss of control, stress ratio, peak, strain or voids."""
+    """That of loss of control, stress ratio, peak, strain, voids or critical void ratio."""
     if item == 0:
         return rate[STATE.parameter]
     if item == 1:
@@ -73,7 +75,9 @@ def slack_of_path(item, ends, largest_change, y, rate, shared, control):
             if ends.reach_axis < 0 or ends.reach_axis == axis:
                 travelled = max(travelled, abs(y[STATE.strain + axis] - ends.eps_start[axis]))
         return ends.reach - travelled
-    return shared[SHARED.void_ratio] - LEAST_VOID_RATIO
+    if item == 4:
+        return shared[SHARED.void_ratio] - LEAST_VOID_RATIO
+    return shared[SHARED.critical_void_ratio] - LEAST_CRITICAL
 
 
 @kernel
@@ -92,7 +96,7 @@ def end_of(item):
     if item == 0:
         return UNCONTROLLED
     if item < N_ITEMS:
-        return (ETA, PEAK, STRAIN, NO_VOIDS)[item - 1]
+        return (ETA, PEAK, STRAIN, NO_VOIDS, NO_FRICTION)[item - 1]
     which = (item - N_ITEMS) % 3
     return FULL if which == 0 else (LIMIT if which == 1 else TENSION)
 

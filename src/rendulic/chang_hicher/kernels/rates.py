@@ -65,6 +65,7 @@ def local_state(material, planes, sigma, eps, memory, active, scratch):
         (material.exponent - 1.0) * (1.0 + 2.0 * void_ratio) / (void_ratio * (1.0 + void_ratio))
     )
     scratch.shared[SHARED.void_ratio] = void_ratio
+    scratch.shared[SHARED.critical_void_ratio] = e_c
     consistent = material.formulation == CONSISTENT
     tan_flow = tan_peak if material.formulation == PRINTED else material.tan_phi_0
     root = material.exponent == 0.5

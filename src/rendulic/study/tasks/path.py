@@ -95,7 +95,10 @@ class PathSet(Selected, Leg):
     work: ClassVar[str] = "path"
     order: ClassVar[int] = 50
 
-    then: tuple[Leg, ...] = Field((), description="further legs, as [{ path = ..., ... }]")
+    then: tuple[Leg, ...] = Field(
+        (),
+        description="further legs, as [{ path = ..., ... }]; a sand's cycles are elastic after the first and conserve no energy",
+    )
 
     def of_sample(self, states: Iterator[StateId]) -> Iterator[StateId]:
         first, *others = states
