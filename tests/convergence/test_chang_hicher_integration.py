@@ -11,7 +11,7 @@ import rendulic as rd
 from rendulic.chang_hicher import load_many, tangent
 from rendulic.chang_hicher.drive.equations import control_of
 from rendulic.chang_hicher.drive.integration import Integration
-from rendulic.tensors.sphere_rules import bazant_oh_37, lebedev
+from rendulic.tensors.sphere_rules import bazant_oh_37, between, lebedev
 
 P = 300e3
 FORMULATIONS = ["printed", "eq32", "consistent"]
@@ -225,3 +225,16 @@ def test_peak_converges_with_the_rule():
     assert slope(degrees, errors) == pytest.approx(-2.0, abs=0.5)
     assert errors[-1] < 2e-4
     assert abs(peak(bazant_oh_37()) / best - 1.0) < 0.01
+
+
+def test_values_carried_from_rule_to_rule():
+    """What is linear on each octant is carried over to the size of a triangle; what is odd keeps its sense."""
+    rule, other = lebedev(29), lebedev(47)
+    _nearest, corners, shares, signs = between(rule, other)
+    assert shares.min() >= 0.0
+    assert_allclose(shares.sum(axis=1), 1.0, rtol=1e-14)
+    even = (shares * (rule.normals[:, 0] ** 2)[corners]).sum(axis=1)
+    assert_allclose(even, other.normals[:, 0] ** 2, rtol=0, atol=0.03)
+    odd = ((shares * signs)[:, :, None] * rule.normals[corners]).sum(axis=1)
+    # a chord instead of the sphere: shorter by half the square of half an edge
+    assert_allclose(odd, other.normals, rtol=0, atol=0.02)

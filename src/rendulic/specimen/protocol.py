@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Reading = TypeVar("Reading")
 
-__all__ = ["CanBurst", "HasGrains", "ProbesTogether", "Specimen"]
+__all__ = ["CanBeRefined", "CanBurst", "HasGrains", "ProbesTogether", "Specimen"]
 
 
 @runtime_checkable
@@ -65,6 +65,14 @@ class HasGrains(Protocol):
 
     def snapshot(self) -> Snapshot:
         """The present state for analysis."""
+
+
+@runtime_checkable
+class CanBeRefined(Protocol):
+    """A specimen whose answers have an error of discretisation, such as that of a rule of quadrature."""
+
+    def refined(self) -> Specimen:
+        """The present state, discretised finer: how its answers differ from the specimen's own is that error."""
 
 
 @runtime_checkable

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
 from rendulic.foundation.checks import finite_array, whole_number
 from rendulic.foundation.errors import InvalidInput
 
-__all__ = ["LEBEDEV_DEGREES", "SphereRule", "bazant_oh_37", "lebedev"]
+__all__ = ["LEBEDEV_DEGREES", "SphereRule", "bazant_oh_37", "between", "lebedev"]
 
 # Bazant and Oh (1986), 2 x 37 points: a point of each orbit of the cube's symmetries, its weight, its size
 BAZANT_OH = (
@@ -120,6 +121,43 @@ def lebedev(degree: int) -> SphereRule:
     points, weights = lebedev_rule(degree)
     upper = np.array([_is_upper(point) for point in points.T])
     return SphereRule(f"Lebedev {degree}", points.T[upper], weights[upper] / weights[upper].sum(), degree)
+
+
+def between(rule: SphereRule, other: SphereRule) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Where the directions of another rule lie among those of `rule`: how to carry values over, linearly.
+
+    Returns
+    -------
+    nearest : (m,) array of int
+        The nearest direction of `rule`, for every one of the other.
+    corners : (m, 3) array of int
+        The three directions of `rule` that it lies between.
+    shares : (m, 3) array
+        Their weights, none negative and of sum 1.
+    signs : (m, 3) array
+        -1 where it is the opposite direction of a corner that counts: what is odd changes its sign.
+    """
+    return _between(rule.normals.tobytes(), other.normals.tobytes())
+
+
+@lru_cache(maxsize=8)
+def _between(own: bytes, other: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    from scipy.spatial import ConvexHull
+
+    normals, wanted = (np.frombuffer(part).reshape(-1, 3) for part in (own, other))
+    both = np.concatenate((normals, -normals))
+    triangles = ConvexHull(both).simplices
+    # barycentric coordinates in every triangle; a direction lies in the one where the least of them is largest
+    coordinates = np.einsum("tij,mj->mti", np.linalg.inv(both[triangles].swapaxes(1, 2)), wanted)
+    inside = coordinates.min(axis=2).argmax(axis=1)
+    shares = np.maximum(coordinates[np.arange(len(wanted)), inside], 0.0)
+    corners = triangles[inside]
+    return (
+        np.abs(wanted @ normals.T).argmax(axis=1),
+        corners % len(normals),
+        shares / shares.sum(axis=1, keepdims=True),
+        np.where(corners < len(normals), 1.0, -1.0),
+    )
 
 
 def _is_upper(point: np.ndarray) -> bool:
