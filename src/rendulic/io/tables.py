@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rendulic.foundation.errors import InvalidInput
-from rendulic.foundation.hdf5 import plain_file, readable
+from rendulic.foundation.hdf5 import plain_file
 from rendulic.foundation.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -66,12 +65,13 @@ def read_dataset(path: str | os.PathLike) -> xr.Dataset:
         If it is truncated or not NetCDF.
     """
     import xarray as xr
+    from xarray.conventions import decode_cf_variables
 
     path = Path(path)
     if not path.is_file():
         raise InvalidInput(f"no table at {path}: check the path")
-    with readable(path, "NetCDF file"):
-        data = path.read_bytes()  # what is checked is what is read
-        with plain_file(path, "NetCDF file", data) as file:
-            file.check()
-        return xr.load_dataset(BytesIO(data), engine="h5netcdf")
+    with plain_file(path, "NetCDF file") as file:
+        found = file.variables()
+        raw = {name: xr.Variable(*own) for name, own in found["variables"].items()}
+        variables, attributes, coords = decode_cf_variables(raw, found["attributes"])
+        return xr.Dataset(variables, attrs=attributes).set_coords(coords & set(variables)).load()
