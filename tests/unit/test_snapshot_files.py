@@ -49,7 +49,9 @@ def periodic(snapshot):
 def same(one, other, exact=True):
     for field in fields(one):
         a, b = getattr(one, field.name), getattr(other, field.name)
-        if a is None or b is None or field.name == "friction":
+        if field.name == "recorded":
+            assert exact is False or a == b
+        elif a is None or b is None or field.name == "friction":
             assert a == b, field.name
         elif exact or field.name in ("first", "second", "image"):
             assert np.array_equal(a, b), field.name
@@ -247,7 +249,7 @@ def good_files(snapshot, tmp_path_factory):
     kept = (snapshot.first < 12) & (snapshot.second < 12)
     rd.io.write_snapshot(
         replace(
-            snapshot, position=snapshot.position[:12], radius=snapshot.radius[:12], first=snapshot.first[kept],
+            snapshot, recorded=None, position=snapshot.position[:12], radius=snapshot.radius[:12], first=snapshot.first[kept],
             second=snapshot.second[kept], normal=snapshot.normal[kept], force_n=snapshot.force_n[kept], force_t=snapshot.force_t[kept],
         ),
         small,

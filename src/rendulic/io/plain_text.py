@@ -5,7 +5,9 @@ A folder with three files:
 `box.toml`
     ``faces = [x-, x+, y-, y+, z-, z+]`` in m; ``forces = "on second"`` or ``"on first"``, of the force columns; for walls
     ``walls = [id, ...]``, their six ids in the order of the faces; for periodic boxes ``periodic = true`` instead; and,
-    if wanted, ``axes = "zxy"``: which of x, y, z are axes 1 (axial), 2, 3, and ``friction``, the Coulomb coefficient.
+    if wanted, ``axes = "zxy"``: which of x, y, z are axes 1 (axial), 2, 3, and ``friction``, the Coulomb coefficient. For audits, if they are known: ``wall_forces = [six]``, the force by the grains
+    on each wall in N, outward positive, in the order of the faces; ``step``; ``spheres = true``; and a table ``[springs]``
+    of the linear law: ``modulus`` in Pa, ``rule = "mean_diameter"`` or ``"harmonic"``, ``wall_modulus``.
 `grains.csv`
     Columns ``id, x, y, z, radius`` in m, in any order, others are passed over.
 `contacts.csv`
@@ -25,9 +27,11 @@ import pandas as pd
 from pydantic import Field
 
 from rendulic.foundation.errors import CorruptFile, InvalidInput
-from rendulic.foundation.validation import Section, read_toml, validated
+from rendulic.foundation.validation import Section, Whole, read_toml, validated
 from rendulic.foundation.whole_file import whole_file, writable_folder
+from rendulic.io.recorded import SaidSprings
 from rendulic.io.snapshot import LARGEST, checked, nearest_images
+from rendulic.specimen.recorded import Recorded
 from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["read_plain_text", "write_plain_text"]
@@ -47,6 +51,10 @@ class Box(Section):
     periodic: bool = False
     axes: Literal["xyz", "xzy", "yxz", "yzx", "zxy", "zyx"] = "xyz"
     friction: float | None = Field(None, ge=0)
+    wall_forces: tuple[float, float, float, float, float, float] | None = None
+    step: Whole | None = None
+    spheres: bool | None = None
+    springs: SaidSprings | None = None
 
     def model_post_init(self, _context: Any) -> None:
         if self.periodic == (self.walls is not None):
@@ -124,6 +132,13 @@ def read_plain_text(folder: str | os.PathLike) -> Snapshot:
         force - force_n[:, None] * normal,
         box.friction,
         bare.image,
+        Recorded(
+            wall_force=None if box.wall_forces is None else np.array(box.wall_forces).reshape(3, 2)[order].reshape(-1),
+            springs=None if box.springs is None else box.springs.springs(),
+            are_spheres=box.spheres if has_normals else True,
+            step=box.step,
+            derived=("force_t",) if has_normals else ("normal", "force_t"),
+        ),
     )
     whole = checked(whole, str(folder))
     return checked(whole.with_pairs_merged(), str(folder)) if has_normals else whole
@@ -138,6 +153,8 @@ def write_plain_text(snapshot: Snapshot, folder: str | os.PathLike) -> Path:
     lines.append("periodic = true" if snapshot.is_periodic else f"walls = {[n + 1 + k for k in range(6)]}")
     if snapshot.friction is not None:
         lines.append(f"friction = {snapshot.friction!r}")
+    if (recorded := snapshot.recorded) is not None:
+        lines += _lines_of(recorded)
     with whole_file(folder / "box.toml") as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
     grains = pd.DataFrame({"id": np.arange(1, n + 1), **dict(zip("xyz", snapshot.position.T, strict=True)),
@@ -149,6 +166,23 @@ def write_plain_text(snapshot: Snapshot, folder: str | os.PathLike) -> Path:
         with whole_file(folder / f"{name}.csv") as temporary:
             frame.to_csv(temporary, index=False, float_format=DIGITS)
     return folder
+
+
+def _lines_of(recorded: Recorded) -> list[str]:
+    """Lines of `box.toml` for audits."""
+    lines = []
+    if recorded.wall_force is not None:
+        lines.append(f"wall_forces = [{', '.join(DIGITS % force for force in recorded.wall_force)}]")
+    if recorded.step is not None:
+        lines.append(f"step = {recorded.step}")
+    if recorded.are_spheres is not None:
+        lines.append(f"spheres = {str(recorded.are_spheres).lower()}")
+    if recorded.springs is not None:
+        springs = recorded.springs
+        lines += ["", "[springs]", f"modulus = {springs.modulus!r}", f'rule = "{springs.rule}"']
+        if springs.wall_modulus is not None:
+            lines.append(f"wall_modulus = {springs.wall_modulus!r}")
+    return lines
 
 
 def _table(path: Path, wanted: tuple[str, ...]) -> pd.DataFrame:

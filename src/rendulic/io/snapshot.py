@@ -17,6 +17,17 @@ An HDF5 file with SI units, not compressed, written by `write_snapshot` or by a 
 | `contacts/force_n` | (n_contacts,) | normal force in N |
 | `contacts/force_t` | (n_contacts, 3) | tangential force on second in N |
 | `contacts/image` | (n_contacts, 3) | periodic boxes only: second is its image that many cells on |
+
+What the engine says besides, each only if it is known. Nothing is computed with it: audits hold the contacts against it.
+
+| what | shape | meaning |
+|---|---|---|
+| `recorded/wall_force` | (6,) | force by the grains on each wall in N, outward positive, in the order of the faces |
+| `recorded/grain_force` | (n, 3) | sum of the contact forces on each grain in N |
+| `recorded/grain_moment` | (n, 3) | their moment about the centre of each grain in N m |
+| `recorded/stress` | (3, 3) | Cauchy stress in Pa, compression positive; NaN where unknown |
+| `recorded/slack` | (n,) | m that each grain moved between the instants of the forces and of the positions |
+| attribute `recorded` | | JSON object: `step`; `are_spheres`; `springs` with `modulus` (Pa), `rule` and `wall_modulus`; `stress_of_pairs`; `n_merged`; `derived` (see `rendulic.specimen.recorded`) |
 """
 
 from __future__ import annotations
@@ -33,6 +44,7 @@ from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.foundation.hdf5 import plain_file
 from rendulic.foundation.json_text import read_json_text
 from rendulic.foundation.whole_file import whole_file
+from rendulic.io.recorded import ARRAYS, recorded_from, said_of
 from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["checked", "nearest_images", "read_about", "read_snapshot", "write_snapshot"]
@@ -69,8 +81,11 @@ def write_snapshot(snapshot: Snapshot, path: str | os.PathLike, about: Mapping[s
         file.attrs.update(format=FORMAT, schema=SCHEMA, forces=CONVENTION, about=json.dumps(dict(about or {})))
         if snapshot.friction is not None:
             file.attrs["friction"] = snapshot.friction
-        for name, (place, _) in FIELDS.items():
-            value = getattr(snapshot, name)
+        arrays = {place: getattr(snapshot, name) for name, (place, _) in FIELDS.items()}
+        if snapshot.recorded is not None:
+            file.attrs["recorded"] = json.dumps(said_of(snapshot.recorded))
+            arrays |= {f"recorded/{name}": getattr(snapshot.recorded, name) for name in ARRAYS}
+        for place, value in arrays.items():
             if value is not None:
                 file.create_dataset(place, data=value, fletcher32=True)
     return Path(path)
@@ -116,6 +131,17 @@ def _values(path: str | os.PathLike, with_fields: bool = True) -> tuple[dict[str
                 values[name] = found if found is None else _field(path, found, place, shape, name in WHOLE)
             if "friction" in said:
                 values["friction"] = float(said["friction"])
+            if "recorded" in said:
+                found = {name: file.array(f"recorded/{name}") for name in ARRAYS}
+                arrays = {
+                    name: _field(path, array, f"recorded/{name}", ARRAYS[name], whole=False)
+                    for name, array in found.items() if array is not None
+                }  # fmt: skip
+                try:
+                    table = read_json_text(str(said["recorded"]))
+                    values["recorded"] = recorded_from(table, arrays, f"{path}, attribute 'recorded'")
+                except (ValueError, InvalidInput) as error:
+                    raise CorruptFile(str(error)) from None
     return values, about
 
 
@@ -175,6 +201,11 @@ def checked(snapshot: Snapshot, where: str) -> Snapshot:
     refuse(abs(np.linalg.norm(snapshot.normal, axis=1) - 1.0) > 1e-6, "normal", "expected a unit vector")
     through = snapshot.is_wall & snapshot.across.any(axis=1)
     refuse(through, "image", "a contact with a face cannot go through a face")
+    if (recorded := snapshot.recorded) is not None:
+        for field in ("grain_force", "grain_moment", "slack"):
+            values = getattr(recorded, field)
+            if values is not None and len(values) != n:
+                raise CorruptFile(f"{where}: recorded/{field} has {len(values)} rows, expected {n}")
     if snapshot.friction is not None and not 0.0 <= snapshot.friction < np.inf:
         raise CorruptFile(f"{where}: friction must be zero or positive, found {snapshot.friction}")
     away = (snapshot.normal * snapshot.branch).sum(axis=1) < 0.0  # some may, between grains that are not convex

@@ -5,7 +5,9 @@ walls in the order x-, x+, y-, y+, z-, z+, or `cell`, the edges of a periodic ce
 one row each: id1, id2, k_n, k_t, normal force (3), shear force (3), normal from 1 to 2 (3). Both forces act on body 2 in
 Yade's own sign, so the normal force of a compressed contact points from 1 to 2. If they are there: `celldist`, cells
 between the two bodies of each contact; `friction` of each contact; `axial`, the axis of the test ("y" without it);
-`is_sphere`; `dt`.
+`is_sphere`; `dt`. For audits, also if they are there: `wallforce` (6, 3), force by the grains on each wall; `force` and `torque`
+(n, 3), sum and moment of the contact forces on each grain; `stress` (3, 3) in Yade's axes and sign, or (3,) of rendulic's axes 1, 2, 3, compression
+positive; `step`.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.foundation.whole_file import whole_file
 from rendulic.io.snapshot import LARGEST, checked
+from rendulic.specimen.recorded import Recorded, Rule, Springs
 from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["exporter", "read", "read_snapshot"]
@@ -34,12 +37,15 @@ SHAPES: dict[str, tuple[int | None, ...]] = {
     "pos": (None, 3), "rad": (None,), "mass": (None,), "vel": (None, 3), "angvel": (None, 3),
     "ids": (None,), "wallids": (6,), "wallpos": (6, 3), "contacts": (None, None),
     "cell": (3,), "celldist": (None, 3), "dt": (),
+    "wallforce": (6, 3), "force": (None, 3), "torque": (None, 3), "step": (),
 }  # fmt: skip
-PER_GRAIN = ("ids", "pos", "rad", "mass", "vel", "angvel", "is_sphere")
+PER_GRAIN = ("ids", "pos", "rad", "mass", "vel", "angvel", "is_sphere", "force", "torque")
 FOR_ANALYSIS = ("ids", "pos", "rad", "contacts")
 FOR_STEPPING = (*FOR_ANALYSIS, "mass", "vel", "angvel", "wallids", "wallpos")
 ROW = 13 * 8  # bytes of a contact
-OPTIONAL = ("wallids", "wallpos", "cell", "celldist", "friction", "axial", "is_sphere", "dt")
+RULES: tuple[Rule, ...] = ("harmonic", "mean_diameter")
+OPTIONAL = ("wallids", "wallpos", "cell", "celldist", "friction", "axial", "is_sphere", "dt",
+            "vel", "wallforce", "force", "torque", "stress", "step")  # fmt: skip
 
 
 def exporter(path: str | os.PathLike) -> Path:
@@ -89,6 +95,7 @@ def read_snapshot(path: str | os.PathLike, friction: float | None = 0.7) -> Snap
         force_t=sign * rows[:, 7:10][:, vector],
         friction=_friction(fields, (first < len(fields["ids"])) & (second < len(fields["ids"])), friction),
         image=None if image is None else sign * image,
+        recorded=_recorded(path, fields, axes, first, second),
     )
     return checked(checked(snapshot, str(path)).with_pairs_merged(), str(path))
 
@@ -160,6 +167,51 @@ def read(
     if dt:
         assembly.set_time_step(dt)
     return assembly
+
+
+def _recorded(path, fields: dict[str, np.ndarray], axes: tuple[int, int, int], first, second) -> Recorded:
+    """What Yade says besides its contacts, as far as the file has it."""
+    vector = np.array(axes)
+    walls, force, torque, stress = (fields.get(name) for name in ("wallforce", "force", "torque", "stress"))
+    handed = np.linalg.det(np.eye(3)[vector])  # pseudovectors change sign with an odd order of axes
+    if stress is not None:
+        stress = np.asarray(stress)
+        if stress.shape not in ((3,), (3, 3)) or stress.dtype.kind not in "fiu" or not np.isfinite(stress).all():
+            raise CorruptFile(f"{path}: field stress must be (3,) or (3, 3) finite numbers, found {stress.shape}")
+        if stress.shape == (3,):
+            principal, stress = stress, np.full((3, 3), np.nan)
+            np.fill_diagonal(stress, principal)
+        else:
+            stress = -stress[np.ix_(vector, vector)]
+    outward = np.tile([-1.0, 1.0], 3)
+    return Recorded(
+        wall_force=None if walls is None or "cell" in fields else outward * np.array(
+            [walls[2 * axis + side, axis] for axis in axes for side in (0, 1)]
+        ),
+        grain_force=None if force is None else force[:, vector],
+        grain_moment=None if torque is None else handed * torque[:, vector],
+        stress=stress,
+        springs=_springs(fields, first, second),
+        slack=float(fields["dt"]) * np.linalg.norm(fields["vel"], axis=1) if {"dt", "vel"} <= set(fields) else None,
+        are_spheres=bool(np.asarray(fields["is_sphere"]).all()) if "is_sphere" in fields else None,
+        step=int(fields["step"]) if "step" in fields else None,
+    )
+
+
+def _springs(fields: dict[str, np.ndarray], first, second) -> Springs | None:
+    """The one linear law that the stiffnesses of all contacts have; None if they have none."""
+    n, rad = len(fields["ids"]), fields["rad"]
+    between = (first < n) & (second < n)
+    k_n = fields["contacts"][:, 2]
+    if not between.any() or not (k_n > 0.0).all():
+        return None
+    on_wall = k_n[~between] / (2.0 * rad[np.minimum(first, second)[~between]])
+    for rule in RULES:
+        each = k_n[between] / Springs(1.0, rule).between(rad[first[between]], rad[second[between]])
+        if np.ptp(each) < 1e-6 * each.mean():
+            one_wall = len(on_wall) and np.ptp(on_wall) < 1e-6 * on_wall.mean()
+            return Springs(float(np.median(each)), rule, float(np.median(on_wall)) if one_wall else None)
+    return None
 
 
 def _law(path, fields: dict[str, np.ndarray], first, second, friction: float | None) -> LinearFrictional:

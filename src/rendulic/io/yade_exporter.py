@@ -52,11 +52,18 @@ def export(path, axial, omega=None):
         "step": int(omega.iter),
         "time": float(omega.time),
     }
+    force = _rows([_force(body, omega) for body in grains])
+    if np.any(force):  # else they were reset after the contacts were computed
+        fields["force"] = force
+        if fields["is_sphere"].all():
+            fields["torque"] = _rows([omega.forces.t(body.id) for body in grains])
     if omega.periodic:
         fields["cell"] = _cell(omega)
     else:
         fields["wallids"], fields["wallpos"] = _six(walls, fields["pos"])
         owner.update((int(body), int(body)) for body in fields["wallids"])
+        if np.any(force):
+            fields["wallforce"] = _rows([omega.forces.f(int(body)) for body in fields["wallids"]])
     rows, cells, friction = [], [], []
     for contact in omega.interactions:
         if not contact.isReal:
@@ -101,6 +108,12 @@ def _bodies(omega):
     if not grains:
         raise ValueError("there are no grains to export")
     return grains, walls, owner
+
+
+def _force(body, omega):
+    """Sum of the contact forces on a grain; of a clump on all of its members."""
+    members = [int(one) for one in body.shape.members] if body.isClump else [body.id]
+    return np.sum([[float(value) for value in omega.forces.f(one)] for one in members], axis=0)
 
 
 def _rows(vectors):

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from rendulic.foundation.notebooks import Shown
 from rendulic.micro.contact_work import CLASSES, ContactWork, contact_work
+from rendulic.probing.audits import Audit, Audits, audits
 from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["SecondOrderWork", "normalised", "second_order_work"]
+
+SUMS = 1e-9  # of the largest term: sums of many terms in rounded numbers
 
 
 @dataclass(frozen=True)
@@ -34,11 +38,14 @@ class SecondOrderWork(Shown):
     by_class : dict of str to float
         `contacts` split by contact class.
     identity_residual : float
-        `|boundary - contacts - grains|` over the largest of the summed absolute terms: rounding.
+        `|boundary - contacts - grains|` over the largest of the summed absolute terms: rounding. All three are sums over
+        the same list of contacts, so that this tests the code's sums, and nothing about the data: see `audits`.
     d_eps, d_sigma : (3,) arrays
         Principal increments; `d_eps` logarithmic, `d_sigma` in Pa.
     per_contact : ContactWork
         Work of every pair in J.
+    before, after : Snapshot
+        The two states.
     """
 
     boundary: float
@@ -52,6 +59,23 @@ class SecondOrderWork(Shown):
     d_eps: np.ndarray
     d_sigma: np.ndarray
     per_contact: ContactWork = field(repr=False)
+    before: Snapshot = field(repr=False)
+    after: Snapshot = field(repr=False)
+
+    @cached_property
+    def audits(self) -> Audits:
+        """Independent numbers of the two states held against each other, by name; see `rd.audits`.
+
+        `sums_of_the_code` is the exception: it compares what must be equal whatever the data are.
+        """
+        found = audits(self.before, self.after)
+        sums = Audit(
+            "W2 of contacts and grains with W2 of the boundary: algebra on one list of contacts",
+            "a fault in the code; nothing about the data",
+            self.identity_residual, SUMS, "increment",
+            "the code's sums do not add up: please report it",
+        )  # fmt: skip
+        return Audits({**found, "sums_of_the_code": sums}, found.not_possible)
 
     @property
     def normalised(self) -> float:
@@ -63,7 +87,8 @@ class SecondOrderWork(Shown):
         return {
             "walls": f"{self.boundary:+.6g} J/m3", "contacts": f"{self.contacts:+.6g} J/m3", **each,
             "inertial term": f"{self.grains:+.6g} J/m3", "normalised": f"{self.normalised:+.4f}",
-            "residual of the identity": f"{self.identity_residual:.1e}",
+            "audits": f"{len(self.audits.failed)} of {len(self.audits)} failed: {self.audits.warning}"
+            if self.audits.failed else f"all {len(self.audits)} passed",
         }  # fmt: skip
 
 
@@ -86,7 +111,8 @@ def second_order_work(before: Snapshot, after: Snapshot) -> SecondOrderWork:
     2. Every grain contributes `df_p . dx_p` with its resultant contact force.
     3. Every wall contributes `dF_w . du_w` with the external force that balances the grains on it.
 
-    The first two sums equal the third to rounding, for any increment (theory, section 3).
+    The first two sums equal the third to rounding, for any increment (theory, section 3), and for any data, right or
+    wrong: whether these can be believed is in `audits`.
 
     Raises
     ------
@@ -125,4 +151,6 @@ def second_order_work(before: Snapshot, after: Snapshot) -> SecondOrderWork:
         d_eps=d_eps,
         d_sigma=sigma_1 - sigma_0,
         per_contact=pairs,
+        before=before,
+        after=after,
     )

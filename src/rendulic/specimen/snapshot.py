@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rendulic.foundation.notebooks import Shown
+from rendulic.specimen.recorded import Recorded
 from rendulic.specimen.unbalanced import unbalanced_ratio
 
 __all__ = ["Snapshot"]
@@ -36,6 +37,8 @@ class Snapshot(Shown):
         Coulomb coefficient between grains, if known: sliding contacts are told by it.
     image : (n_contacts, 3) int array or None
         For periodic axes: `second` is its image that many cells on. None: no axis is periodic.
+    recorded : Recorded or None
+        What the engine itself says of this state; only audits use it.
     """
 
     position: np.ndarray
@@ -48,6 +51,7 @@ class Snapshot(Shown):
     force_t: np.ndarray
     friction: float | None = None
     image: np.ndarray | None = None
+    recorded: Recorded | None = None
 
     def _facts(self) -> dict[str, object]:
         return {
@@ -183,6 +187,7 @@ class Snapshot(Shown):
             normal=self.normal[:, order],
             force_t=self.force_t[:, order],
             image=None if self.image is None else self.image[:, order],
+            recorded=None if self.recorded is None else self.recorded.with_axes(order),
         )
 
     def with_pairs_merged(self) -> Snapshot:
@@ -212,6 +217,7 @@ class Snapshot(Shown):
             force_n=force_n,
             force_t=force - force_n[:, None] * normal,
             image=None if self.image is None else pairs[:, 2:],
+            recorded=replace(self.recorded or Recorded(), n_merged=len(key) - len(pairs)),
         )
 
     @property

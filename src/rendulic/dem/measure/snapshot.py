@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rendulic.dem.laws import ContactLaw, LinearFrictional
 from rendulic.dem.state.assembly_state import AssemblyState
+from rendulic.specimen.recorded import Recorded, Springs
 from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["snapshot_of"]
@@ -31,4 +33,19 @@ def snapshot_of(assembly: AssemblyState) -> Snapshot:
         force_n=np.concatenate((contacts.force_n[pair], at_walls.force[touching])),
         force_t=np.concatenate((contacts.force_t[pair], np.zeros((len(touching), 3)))),
         friction=assembly.law.friction,
+        recorded=Recorded(
+            wall_force=assembly.walls.force.copy(),
+            grain_force=grains.force.copy(),
+            grain_moment=grains.torque.copy(),
+            springs=_springs(assembly.law),
+            are_spheres=True,
+            step=assembly.n_steps,
+        ),
     )
+
+
+def _springs(law: ContactLaw) -> Springs | None:
+    """The normal springs of a linear law; None of any other."""
+    if not isinstance(law, LinearFrictional):
+        return None
+    return Springs(law.modulus, law.stiffness_rule, law.modulus)

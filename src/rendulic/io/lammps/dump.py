@@ -14,6 +14,15 @@ A state is two files of one step, `NAME.dump` and `NAME.contacts`. These lines o
 `f_walls` is a ``fix wall/gran`` or ``wall/gran/region`` with the keyword ``contacts``, of any name; there may be several.
 Instead, `v_wall1` to `v_wall6` may be the normal forces of frictionless walls at the faces of the box, -x, +x, -y, ...
 Periodic axes have no walls. Units are SI, axes 1, 2, 3 are x, y, z.
+
+If the dump of the grains has the columns `v_sxx v_syy v_szz`, audits hold the stress of the contacts against LAMMPS's own:
+
+.. code-block:: none
+
+    compute press all pressure NULL pair
+    variable sxx atom c_press[1]
+    variable syy atom c_press[2]
+    variable szz atom c_press[3]
 """
 
 from __future__ import annotations
@@ -28,6 +37,7 @@ from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.io.lammps.text import Dump, numbers_of, read_dump, rows_of, whole_numbers_of
 from rendulic.io.snapshot import checked, nearest_images
+from rendulic.specimen.recorded import Recorded
 from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["read_snapshot"]
@@ -35,6 +45,7 @@ __all__ = ["read_snapshot"]
 PLACES = (("x", "y", "z"), ("xu", "yu", "zu"))
 FACE_FORCES = tuple(f"v_wall{face}" for face in range(1, 7))
 IDS = ("c_ids[1]", "c_ids[2]")
+STRESSES = ("v_sxx", "v_syy", "v_szz")
 FORCES = tuple(f"c_force[{k}]" for k in range(1, 7))
 PARALLEL = 1e-6  # of a force or branch: how far it may be off the line it must be on
 FLAT = 1e-9  # of the box: how far contacts with one wall may be off its plane
@@ -124,8 +135,25 @@ def read_snapshot(
         np.concatenate((-on_first[:, 3:], force - pressing[:, None] * outward)),
         friction,
         np.concatenate((image, np.zeros((len(grain), 3), dtype=np.int64))) if grains.periodic.any() else None,
+        Recorded(
+            stress=_stress(path, grains, float(np.prod(lengths))),
+            stress_of_pairs=True,
+            are_spheres=True,
+            step=grains.step,
+            derived=("normal",),
+        ),
     )
     return checked(found, str(path))
+
+
+def _stress(path: Path, grains: Dump, volume: float) -> np.ndarray | None:
+    """LAMMPS's own stress of the pairs in Pa, of its box, made one of the volume between the walls; None without it."""
+    if not set(STRESSES) <= set(grains.table.columns) or not grains.table.rows:
+        return None
+    stress = np.full((3, 3), np.nan)
+    of_box = float(np.prod(grains.box[1::2] - grains.box[0::2]))
+    np.fill_diagonal(stress, numbers_of(path, grains.table, STRESSES)[0] * of_box / volume)
+    return stress
 
 
 def _walls(path: Path, grains: Dump, position: np.ndarray, by_id: np.ndarray, walls):
