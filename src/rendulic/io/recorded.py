@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, Literal
 
-import numpy as np
-from pydantic import Field
 
 from rendulic.foundation.validation import Positive, Section, Whole, validated
 from rendulic.specimen.recorded import Recorded, Springs
@@ -38,7 +37,7 @@ class Said(Section):
     stress_of_pairs: bool = False
     are_spheres: bool | None = None
     step: Whole | None = None
-    n_merged: Whole = Field(0, ge=0)
+    n_merged: Whole = 0
     derived: tuple[Literal["normal", "force_t"], ...] = ()
 
 
@@ -47,7 +46,7 @@ def said_of(recorded: Recorded) -> dict[str, Any]:
     return {name: value for name, value in asdict(recorded).items() if name not in ARRAYS and value is not None}
 
 
-def recorded_from(said: Any, arrays: dict[str, np.ndarray], what: str) -> Recorded:
+def recorded_from(said: Any, arrays: Mapping[str, Any], what: str) -> Recorded:
     """The engine's own numbers from a table and arrays of a file.
 
     Raises

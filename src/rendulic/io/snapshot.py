@@ -132,10 +132,10 @@ def _values(path: str | os.PathLike, with_fields: bool = True) -> tuple[dict[str
             if "friction" in said:
                 values["friction"] = float(said["friction"])
             if "recorded" in said:
-                found = {name: file.array(f"recorded/{name}") for name in ARRAYS}
+                engine = {name: file.array(f"recorded/{name}") for name in ARRAYS}
                 arrays = {
                     name: _field(path, array, f"recorded/{name}", ARRAYS[name], whole=False)
-                    for name, array in found.items() if array is not None
+                    for name, array in engine.items() if array is not None
                 }  # fmt: skip
                 try:
                     table = read_json_text(str(said["recorded"]))

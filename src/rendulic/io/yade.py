@@ -26,7 +26,7 @@ from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import CorruptFile, InvalidInput
 from rendulic.foundation.whole_file import whole_file
 from rendulic.io.snapshot import LARGEST, checked
-from rendulic.specimen.recorded import Recorded, Rule, Springs
+from rendulic.specimen.recorded import Recorded, Springs
 from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["exporter", "read", "read_snapshot"]
@@ -43,7 +43,7 @@ PER_GRAIN = ("ids", "pos", "rad", "mass", "vel", "angvel", "is_sphere", "force",
 FOR_ANALYSIS = ("ids", "pos", "rad", "contacts")
 FOR_STEPPING = (*FOR_ANALYSIS, "mass", "vel", "angvel", "wallids", "wallpos")
 ROW = 13 * 8  # bytes of a contact
-RULES: tuple[Rule, ...] = ("harmonic", "mean_diameter")
+RULES = ("harmonic", "mean_diameter")
 OPTIONAL = ("wallids", "wallpos", "cell", "celldist", "friction", "axial", "is_sphere", "dt",
             "vel", "wallforce", "force", "torque", "stress", "step")  # fmt: skip
 
@@ -185,9 +185,9 @@ def _recorded(path, fields: dict[str, np.ndarray], axes: tuple[int, int, int], f
             stress = -stress[np.ix_(vector, vector)]
     outward = np.tile([-1.0, 1.0], 3)
     return Recorded(
-        wall_force=None if walls is None or "cell" in fields else outward * np.array(
-            [walls[2 * axis + side, axis] for axis in axes for side in (0, 1)]
-        ),
+        wall_force=None
+        if walls is None or "cell" in fields
+        else outward * np.array([walls[2 * axis + side, axis] for axis in axes for side in (0, 1)]),
         grain_force=None if force is None else force[:, vector],
         grain_moment=None if torque is None else handed * torque[:, vector],
         stress=stress,

@@ -87,7 +87,7 @@ class SecondOrderWork(Shown):
         return {
             "walls": f"{self.boundary:+.6g} J/m3", "contacts": f"{self.contacts:+.6g} J/m3", **each,
             "inertial term": f"{self.grains:+.6g} J/m3", "normalised": f"{self.normalised:+.4f}",
-            "audits": f"{len(self.audits.failed)} of {len(self.audits)} failed: {self.audits.warning}"
+            "audits": f"{len(self.audits.failed)} of {len(self.audits)} failed: {' '.join(self.audits.warnings)}"
             if self.audits.failed else f"all {len(self.audits)} passed",
         }  # fmt: skip
 

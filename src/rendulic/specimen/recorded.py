@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Literal
 
 import numpy as np
 
 __all__ = ["Recorded", "Springs"]
-
-Rule = Literal["mean_diameter", "harmonic"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +24,7 @@ class Springs:
     """
 
     modulus: float
-    rule: Rule = "mean_diameter"
+    rule: str = "mean_diameter"
     wall_modulus: float | None = None
 
     def between(self, radius_1: np.ndarray, radius_2: np.ndarray) -> np.ndarray:

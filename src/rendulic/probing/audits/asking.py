@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from rendulic.foundation.errors import InvalidInput
 from rendulic.micro.overlapping import overlaps
 from rendulic.probing.audits import increment, one_state
 from rendulic.probing.audits.audit import Audit, Audits, NotPossible
@@ -42,7 +42,17 @@ def audits(before: Snapshot, after: Snapshot | None = None) -> Audits:
     >>> found = rd.audits(sample.snapshot())
     >>> list(found.failed), "law" in found
     ([], True)
+
+    Raises
+    ------
+    InvalidInput
+        If the two states are not of the same number of grains, or in two kinds of box.
     """
+    if after is not None and (before.n_grains, before.is_periodic) != (after.n_grains, after.is_periodic):
+        raise InvalidInput(
+            f"before and after must hold the same grains in the same kind of box: {before.n_grains} grains before, "
+            f"{after.n_grains} after, periodic {before.is_periodic} and {after.is_periodic}"
+        )
     states = {"before": before} if after is None else {"before": before, "after": after.following(before)}
     spheres = _are_spheres(list(states.values()))
     readings = {where: Reading(state, spheres) for where, state in states.items()}
@@ -72,6 +82,7 @@ def audits(before: Snapshot, after: Snapshot | None = None) -> Audits:
 
 def _worst(about: Any, found: dict[str, tuple[float, float]]) -> Audit:
     """The audit of the state that is farther from its limit; both are named if both fail."""
+
     def excess(where: str) -> float:
         residual, limit = found[where]
         if np.isnan(residual):

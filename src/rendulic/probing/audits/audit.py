@@ -8,7 +8,7 @@ from dataclasses import dataclass
 __all__ = ["Audit", "Audits", "NotPossible"]
 
 
-class NotPossible(Exception):  # noqa: N818  # no error: an answer
+class NotPossible(Exception):  # no error: an answer
     """An audit that the data do not allow; the text says why."""
 
 
@@ -69,6 +69,6 @@ class Audits(dict[str, Audit]):
         return {name: audit for name, audit in self.items() if not audit.passed}
 
     @property
-    def warning(self) -> str:
-        """What is wrong, worst first, in sentences; empty if every audit that could be made passed."""
-        return " ".join(f"{audit.failure[0].upper()}{audit.failure[1:]} ({audit.where})." for audit in self.failed.values())
+    def warnings(self) -> list[str]:
+        """What is wrong, a sentence for each audit that failed."""
+        return [f"{one.failure[0].upper()}{one.failure[1:]} ({one.where})." for one in self.failed.values()]

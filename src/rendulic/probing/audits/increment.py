@@ -101,12 +101,9 @@ def _strain(pair: Pair) -> Found:
     design = np.column_stack((np.ones(len(place)), place - place.mean(axis=0)))
     found, *_ = np.linalg.lstsq(design, moved, rcond=None)
     scatter = (moved - design @ found).var(axis=0) * len(place) / (len(place) - 4)
-    error = np.sqrt(scatter * np.diag(np.linalg.inv(design.T @ design))[1:])
+    error = ERRORS * np.sqrt(scatter * np.diag(np.linalg.inv(design.T @ design))[1:])
     off = np.abs(np.diag(found[1:]) - pair.elongation)
-    # layers of a radius at the walls move with these
-    layer = 2.0 * float(pair.before.snapshot.radius.mean()) / float(pair.before.snapshot.lengths.min())
-    worst = int(np.argmax(off - ERRORS * error))
-    return float(off[worst]) / size, layer + ERRORS * float(error[worst]) / size
+    return _beyond_scatter(pair, off / size, error / size)
 
 
 def _mean(pair: Pair) -> Found:
@@ -117,10 +114,17 @@ def _mean(pair: Pair) -> Found:
     size = float(np.linalg.norm(pair.elongation * pair.before.snapshot.lengths))
     if size == 0.0:
         raise NotPossible("the box has no strain")
-    error = off.std(axis=0) / np.sqrt(len(off))
-    worst = int(np.argmax(np.abs(off.mean(axis=0)) - ERRORS * error))
+    error = ERRORS * off.std(axis=0) / np.sqrt(len(off))
+    return _beyond_scatter(pair, np.abs(off.mean(axis=0)) / size, error / size)
+
+
+def _beyond_scatter(pair: Pair, off: np.ndarray, error: np.ndarray) -> Found:
+    """The axis that is farthest beyond its error; a layer of a radius at each wall moves with the wall, not with the box."""
+    if not (error < 1.0).all():
+        raise NotPossible("the displacements of the grains scatter by more than the box has moved")
+    worst = int(np.argmax(off - error))
     layer = 2.0 * float(pair.before.snapshot.radius.mean()) / float(pair.before.snapshot.lengths.min())
-    return float(np.abs(off.mean(axis=0))[worst]) / size, layer + ERRORS * float(error[worst]) / size
+    return float(off[worst]), layer + float(error[worst])
 
 
 def _persist(pair: Pair) -> Found:

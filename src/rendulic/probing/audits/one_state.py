@@ -77,15 +77,15 @@ class Reading:
 
     @cached_property
     def wall_stress(self) -> np.ndarray:
-        """(3,) stress of the walls and across periodic faces in Pa, compression positive, pull negative."""
-        snapshot = self.snapshot
-        across = (snapshot.force * snapshot.across).sum(axis=0)
-        return (0.5 * (self.pressing[0::2] + self.pressing[1::2]) + across) * snapshot.lengths / snapshot.volume
+        """(3,) principal stress of the walls and across periodic faces in Pa, compression positive."""
+        return np.diag(self.snapshot.wall_stress)
 
     @cached_property
     def has_walls(self) -> np.ndarray:
         """(3,) bool: axes that are not periodic."""
-        return ~self.snapshot.across.any(axis=0) & np.full(3, self.snapshot.is_wall.any() or not self.snapshot.is_periodic)
+        return ~self.snapshot.across.any(axis=0) & np.full(
+            3, self.snapshot.is_wall.any() or not self.snapshot.is_periodic
+        )
 
     @cached_property
     def overlap(self) -> np.ndarray:
@@ -250,7 +250,7 @@ def _signs(state: Reading) -> Found:
     total = float(np.abs(force).sum())
     if total == 0.0:
         raise NotPossible("no contact carries a normal force")
-    return float(-force[force < 0.0].sum()) / total, MORE_PULL_THAN_PUSH
+    return float(np.abs(force[force < 0.0]).sum()) / total, MORE_PULL_THAN_PUSH
 
 
 def _love_weber(state: Reading) -> Found:

@@ -1,0 +1,151 @@
+"""Audits: what is right passes, also in motion and in cells; what is left out or altered fails, and is said first."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rendulic as rd
+
+COMMAND = Path(sys.executable).with_name("rendulic")
+STRAIN = np.array([1e-4, -5e-5, -5e-5])
+
+
+@pytest.fixture(scope="module")
+def states(sheared_state):
+    """A state at rest, and after a strain probe."""
+    sample = rd.dem.Assembly.from_state(sheared_state)
+    before = sample.snapshot()
+    sample.probe(STRAIN, 2000)
+    return before, sample.snapshot()
+
+
+def with_contacts(snapshot, kept):
+    """The same state with some of its contacts."""
+    return replace(
+        snapshot,
+        first=snapshot.first[kept],
+        second=snapshot.second[kept],
+        normal=snapshot.normal[kept],
+        force_n=snapshot.force_n[kept],
+        force_t=snapshot.force_t[kept],
+        image=None if snapshot.image is None else snapshot.image[kept],
+    )
+
+
+def bare(snapshot):
+    """What a file without a word of the engine's tells."""
+    return replace(snapshot, recorded=None)
+
+
+@pytest.mark.parametrize("told", [lambda snapshot: snapshot, bare], ids=["own", "bare"])
+def test_clean_states_pass(states, told):
+    """Every audit that the data allow passes, and the others are named with the reason, never passed."""
+    found = rd.second_order_work(*map(told, states)).audits
+    assert found.failed == {}
+    assert found.warnings == []
+    assert {"equilibrium", "missing_contacts", "law", "coulomb", "normals", "strain_of_grains"} <= set(found)
+    assert not set(found) & set(found.not_possible)
+    assert all(found.not_possible.values())
+    assert ("engine_walls" in found) == (told is not bare)
+    assert found["sums_of_the_code"].catches == "a fault in the code; nothing about the data"
+
+
+@pytest.mark.parametrize("n_steps", [20, 200])
+def test_motion_is_not_taken_for_missing_contacts(sheared, n_steps):
+    """A probe that is far too fast is out of equilibrium, and that is what is said: no contact is missing."""
+    before = sheared.snapshot()
+    sheared.probe(STRAIN, n_steps)
+    after = sheared.snapshot()
+    found = rd.second_order_work(before, after).audits
+    assert found["equilibrium"].passed == (after.unbalanced_force <= 1e-2)
+    assert set(found.failed) <= {"equilibrium", "love_weber", "opposite_walls"}
+
+
+def test_half_of_the_contacts_left_out_of_both_states(states):
+    """The identity cannot see it; equilibrium, overlaps, the walls' own forces and Love-Weber can."""
+    kept = np.arange(len(states[0].first)) % 2 == 0
+    pairs = {(i, j) for i, j, one in zip(states[0].first, states[0].second, kept, strict=True) if one}
+    also = np.array([(i, j) in pairs for i, j in zip(states[1].first, states[1].second, strict=True)])
+    halves = with_contacts(states[0], kept), with_contacts(states[1], also)
+    work = rd.second_order_work(*halves)
+    assert work.identity_residual < 1e-12
+    assert work.audits["sums_of_the_code"].passed
+    for told in (lambda snapshot: snapshot, bare):
+        failed = rd.second_order_work(*map(told, halves)).audits.failed
+        assert {"equilibrium", "missing_contacts", "balance_of_grains", "love_weber"} <= set(failed)
+        assert failed["equilibrium"].where == "before and after"
+    assert "engine_walls" in work.audits.failed
+    assert work.audits.warnings[0].startswith("Far from equilibrium, or contacts are missing")
+
+
+def test_one_contact_left_out_is_found_wherever_it_is(states):
+    """Each of fifty contacts, of any force: the overlap is not listed, and two grains are out of balance."""
+    snapshot = states[0]
+    for left_out in np.random.default_rng(1).permutation(len(snapshot.first))[:50]:
+        found = rd.audits(with_contacts(snapshot, np.arange(len(snapshot.first)) != left_out))
+        assert "balance_of_grains" in found.failed
+        assert ("missing_contacts" in found.failed) == (found["missing_contacts"].residual > 1e-3)
+
+
+def test_nothing_is_passed_for_lack_of_data():
+    """A box with no contact at all: no audit of forces is made, and equilibrium fails."""
+    box = rd.Snapshot(
+        position=np.full((1, 3), 0.5), radius=np.array([0.1]), wall_position=np.array([0.0, 1.0] * 3),
+        first=np.zeros(0, dtype=int), second=np.zeros(0, dtype=int), normal=np.zeros((0, 3)), force_n=np.zeros(0),
+        force_t=np.zeros((0, 3)),
+    )  # fmt: skip
+    found = rd.audits(box)
+    assert list(found.failed) == ["equilibrium", "volume"]
+    assert {"balance_of_grains", "law", "normals", "love_weber", "signs", "coulomb"} <= set(found.not_possible)
+
+
+def test_states_that_cannot_be_compared_are_refused(states):
+    smaller = replace(states[1], position=states[1].position[1:], radius=states[1].radius[1:])
+    with pytest.raises(rd.errors.InvalidInput, match="must hold the same grains"):
+        rd.audits(states[0], smaller)
+
+
+def analyzed(*arguments):
+    return subprocess.run([COMMAND, "analyze", *arguments], capture_output=True, text=True)
+
+
+def test_analyze_says_first_what_is_wrong(states, tmp_path):
+    """Contacts missing: the sentence comes before the result, the table has the audits; --strict ends with 1."""
+    for name, state in zip(("before", "after"), states, strict=True):
+        rd.io.write_plain_text(state, tmp_path / name)
+        rd.io.write_plain_text(with_contacts(state, np.arange(len(state.first)) % 2 == 0), tmp_path / f"half_{name}")
+    half = [tmp_path / "half_before", tmp_path / "half_after"]
+    done = analyzed(*half, "--report", tmp_path / "report")
+    assert done.returncode == 0
+    assert done.stdout.startswith("These data contradict themselves")
+    said = done.stdout.splitlines()
+    assert said[1].startswith("- Far from equilibrium, or contacts are missing")
+    assert any(line.split()[:2] == ["equilibrium", "FAILED"] for line in said)
+    told = json.loads((tmp_path / "report" / "second_order_work.json").read_text())
+    assert told["audits"]["equilibrium"]["passed"] is False
+    assert "tangential_forces" in told["audits_not_possible"]
+    assert analyzed(*half, "--strict").returncode == 1
+    clean = analyzed(tmp_path / "before", tmp_path / "after", "--strict")
+    assert clean.returncode == 0
+    assert "contradict" not in clean.stdout
+    assert "FAILED" not in clean.stdout
+
+
+def test_analyze_names_the_probes_that_fail(states, tmp_path):
+    """A folder of probes: the one with contacts missing is named, and counted."""
+    rd.io.write_snapshot(states[0], tmp_path / "before.h5")
+    folder = tmp_path / "probes"
+    folder.mkdir()
+    broken = with_contacts(states[1], np.arange(len(states[1].first)) % 2 == 0)
+    rd.io.write_snapshot(broken, folder / "broken.h5")
+    (folder / "probes.csv").write_text("file\nbroken.h5\n")
+    done = analyzed(tmp_path / "before.h5", folder, "--strict")
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[1].startswith("- broken.h5: Far from equilibrium")
