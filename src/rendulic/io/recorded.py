@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, Literal
 
-
 from rendulic.foundation.validation import Positive, Section, Whole, validated
 from rendulic.specimen.recorded import Recorded, Springs
 
