@@ -685,17 +685,17 @@ def test_everywhere_and_nowhere(work, sectors):
     assert len(cone.probes.alpha) == 36
 
 
-def test_a_sector_between_directions_is_found_with_more_of_them():
-    """Ten degrees apart a sector of 4 degrees is missed, one degree apart it is not."""
+def test_a_sector_between_directions_is_found():
+    """One of 4 degrees lies between directions 10 degrees apart; with directions 1 degree apart it is the same."""
     made = single(135.0, 2.0)
-    assert rd.instability_cone(made).is_empty
-    cone = rd.instability_cone(made, rd.directions.rendulic(step=1), tolerance=0.01)
-    assert_allclose(cone.sectors, [(133.0, 137.0)], rtol=0, atol=0.006)
+    for directions in (None, rd.directions.rendulic(step=1)):
+        cone = rd.instability_cone(made, directions, tolerance=0.01)
+        assert_allclose(cone.sectors, [(133.0, 137.0)], rtol=0, atol=0.006)
 
 
 def test_probes_of_a_cone_come_along():
     """Sorted, each direction once, with those that the bisection added; the specimen as it was."""
-    made = single(130.0, 20.0)
+    made = single(133.0, 20.0)
     cone = rd.instability_cone(made, tolerance=0.1)
     alpha = cone.probes.alpha.values
     assert (np.diff(alpha) > 0.0).all()
@@ -706,9 +706,11 @@ def test_probes_of_a_cone_come_along():
 
 
 def test_drift_is_no_instability():
-    """A stress that drifts makes W2 negative somewhere: the cone is there, and said not to be significant."""
+    """A stress that drifts makes W2 negative somewhere: no cone is there for sure, and no stability either."""
     norm = 5e-5
     cone = rd.instability_cone(constant(1.0, drift=-3.0 * norm * np.array([1.0, 0.0, 0.0])), norm=norm)
+    assert cone.sectors == ()
+    assert cone.verdict == "unknown"
     assert not cone.is_empty
     assert not cone.is_significant
     assert rd.instability_cone(constant(-1.0), norm=norm).is_significant

@@ -14,17 +14,25 @@ from rendulic.foundation.notebooks import Shown
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, axisymmetric, rendulic
 from rendulic.probing.edges import (
+    ROUNDING,
     Edge,
+    Sectors,
     between,
+    error_of,
     find_edges,
     give_or_take,
+    is_unknown,
     largest_gap,
-    probes_wanted,
     sectors_of,
     share_of_drift,
+    signs_of,
+    size_of,
+    smallest_of,
+    unknown_between,
     wrap,
 )
 from rendulic.probing.probe import probe
+from rendulic.probing.refinement import probes_wanted
 from rendulic.specimen.protocol import Specimen
 from rendulic.tensors.rendulic_plane import direction_of
 
@@ -35,13 +43,12 @@ __all__ = ["Cone", "cone_of", "instability_cone", "probe_to_edges"]
 
 FINEST = 1e-9  # degrees to which an edge can be bracketed
 WIDEST = 60.0  # degrees between the directions that are probed first
-
-Sectors = tuple[tuple[float, float], ...]
+MOST_SECTORS = 3  # of unknown sign that are said one by one
 
 
 @dataclass(frozen=True, eq=False)
 class Cone(Shown):
-    """Sectors of the Rendulic plane in which the second-order work is negative.
+    """Sectors of the Rendulic plane in which the second-order work is negative, and those in which its sign is unknown.
 
     Parameters
     ----------
@@ -49,33 +56,43 @@ class Cone(Shown):
         Directions in degrees, counter-clockwise, `from` in [0, 360), `to` beyond it; (0, 360) if W2 is
         negative all around. Directions are those of what was imposed: strain, or stress for stress probes.
     tolerance : float
-        Width in degrees within which each edge was bracketed; the edge is in its middle.
+        Width in degrees to which each change of sign was bracketed.
     smallest_w2n : float
-        Smallest normalised second-order work found, and
+        Smallest normalised second-order work: of the directions that are surely unstable, or of all if there are none. NaN if no
+        direction has one.
     smallest_alpha : float
-        its direction in degrees.
+        Its direction in degrees.
     is_significant : bool
-        Whether that value exceeds the share of the null probe's drift in it.
+        Whether its sign is sure: it exceeds its error, and if it is positive no direction is unknown.
     probes : xarray.Dataset
         Every direction that was probed, sorted; see `rd.probe`. Also `strain_alpha`: the direction in degrees of the
-        strain, of stress probes that of the response.
+        strain, of stress probes that of the response; and `w2_sign`: -1 or 1 where the sign of W2 is sure, else 0.
     edge_uncertainty : tuple of (of from, of to)
-        Degrees either way, for each edge of `sectors`: half its bracket plus the shift that the null probe's drift can
-        cause (see Notes). 180 if the drift alone could make the edge, NaN for a sector without edges.
+        Degrees either way, for each edge of `sectors`; see Notes. 180 if the error alone could make the edge, NaN for a
+        sector without edges.
+    smallest_error : float
+        The error of `smallest_w2n`: what counts in its sign, and
     drift_share : float
-        `|w2_drift|` over the norms of stress and strain: what the drift has in `smallest_w2n`.
+        `|w2_drift|` over the norms of stress and strain: what the null probe's drift has in it.
     kind : {"strain", "stress"}
         What was imposed.
     strain_sectors, strain_edge_uncertainty : tuples
         The sectors in directions of strain, and their uncertainty: for strain probes the same, for stress probes those
         that the strains of the responses within each sector span. Only so do cones of both kinds compare.
+    unknown_sectors : tuple of (from, to)
+        Where the sign of W2 is not known: directions that have no number or one that does not exceed its error, or was not
+        reached, as far as the next ones on either side whose signs are sure. These are neither stable nor unstable.
+    strain_unknown_sectors : tuple
+        The same in directions of strain.
 
     Notes
     -----
-    In the band around an edge where |W2n| is less than `|d_sigma_0| / |d_sigma| + |d_eps_0| / |d_eps|`, with the
-    increments of the null probe marked 0, its drift can make the sign (Cauchy and Schwarz). The farther end of this
-    band, linear between probes, is the shift; no slope of W2n is needed. Where the strain drifts, edges in directions
-    of strain also have the angle `asin(|d_eps_0| / |d_eps|)` by which it turns the response. What other realisations of
+    An edge lies between two directions of opposite signs that are both sure, with no other sure one between them: in the middle,
+    give or take half the distance and the error of W2n over its slope. Where that error makes directions between the two
+    unknown, the distance itself is as far as the error reaches, and the same directions are an unknown sector. Where unknown
+    directions lie between two that are surely unstable, they count as part of the sector if their values are negative, too, and are named as
+    unknown; if not, the sector ends there, at an edge of uncertainty 180. Edges in directions of strain also have the angle
+    `asin(|d_eps_0| / |d_eps|)` by which the null probe's drift of strain, marked 0, can turn it. What other realisations of
     the same state would give is not in it: see `rd.cone_ensemble`.
     """
 
@@ -86,25 +103,43 @@ class Cone(Shown):
     is_significant: bool
     probes: xr.Dataset = field(repr=False)
     edge_uncertainty: Sectors
+    smallest_error: float
     drift_share: float
     kind: str
     strain_sectors: Sectors
     strain_edge_uncertainty: Sectors
+    unknown_sectors: Sectors
+    strain_unknown_sectors: Sectors
+
+    @property
+    def verdict(self) -> str:
+        """ "unstable" if W2 is surely negative in some direction, "stable" if it is surely positive in all, else "unknown"."""
+        return "unstable" if self.sectors else "unknown" if self.unknown_sectors else "stable"
 
     @property
     def is_empty(self) -> bool:
-        """Whether no unstable direction was found."""
-        return not self.sectors
+        """Whether no direction is unstable, and none unknown."""
+        return self.verdict == "stable"
 
     @property
     def opening(self) -> float:
         """Angle of all sectors together, in degrees."""
-        return float(sum(last - first for first, last in self.sectors))
+        return _opening(self.sectors)
+
+    @property
+    def unknown_opening(self) -> float:
+        """Angle of all unknown sectors together, in degrees; what an edge leaves open is in it and in part in `opening`."""
+        return _opening(self.unknown_sectors)
 
     @property
     def strain_opening(self) -> float:
         """Angle of all `strain_sectors` together, in degrees."""
-        return float(sum(last - first for first, last in self.strain_sectors))
+        return _opening(self.strain_sectors)
+
+    @property
+    def strain_unknown_opening(self) -> float:
+        """Angle of all `strain_unknown_sectors` together, in degrees."""
+        return _opening(self.strain_unknown_sectors)
 
     @property
     def smallest_strain_alpha(self) -> float:
@@ -116,24 +151,52 @@ class Cone(Shown):
             "second-order work": str(self),
             "imposed": self.kind,
             "directions probed": self.probes.sizes["alpha"],
+            "of these unknown": int((self.probes.w2_sign == 0).sum()),
             "opening": f"{self.opening:.4g} degrees",
+            "unknown": f"{self.unknown_opening:.4g} degrees",
             "edges bracketed within": f"{self.tolerance:.2g} degrees",
-            "drift's share in the smallest W2n": f"{self.drift_share:.1e}",
+            "error of the smallest W2n": f"{self.smallest_error:.1e}",
+            "of this the drift's share": f"{self.drift_share:.1e}",
         }
 
     def __str__(self) -> str:
-        if self.is_empty:
-            words = "no unstable direction"
-        elif self.opening == 360.0:
-            words = "unstable in all directions"
-        else:
-            words = "unstable from " + ", ".join(
+        unit = "degrees" + (" of stress" if self.kind == "stress" else "")
+        unknown = _unknown_in_words(self.unknown_sectors, unit)
+        if self.opening == 360.0:
+            words = ["unstable in all directions"]
+        elif self.sectors:
+            sectors = ", ".join(
                 f"{first:.4g} +- {give_or_take(low)} to {last:.4g} +- {give_or_take(high)}"
                 for (first, last), (low, high) in zip(self.sectors, self.edge_uncertainty, strict=True)
             )
-            words += " degrees" + (" of stress" if self.kind == "stress" else "")
-        sure = "" if self.is_significant else ", not larger than the drift"
-        return f"{words}; smallest W2n {self.smallest_w2n:.3g} at {self.smallest_alpha:.4g} degrees{sure}"
+            words = [f"unstable from {sectors} {unit}"]
+        else:
+            words = ["no direction is surely unstable" if unknown else "no unstable direction"]
+        if unknown:
+            words.append(unknown)
+        sure = "" if self.is_significant else ", not larger than its error" if self._is_within_error else ", not sure"
+        if np.isfinite(self.smallest_w2n):
+            words.append(f"smallest W2n {self.smallest_w2n:.3g} at {self.smallest_alpha:.4g} degrees{sure}")
+        return "; ".join(words)
+
+    @property
+    def _is_within_error(self) -> bool:
+        return not abs(self.smallest_w2n) > self.smallest_error
+
+
+def _opening(sectors: Sectors) -> float:
+    return float(sum(last - first for first, last in sectors))
+
+
+def _unknown_in_words(sectors: Sectors, unit: str) -> str:
+    opening = _opening(sectors)
+    if opening >= 360.0:
+        return "unknown in all directions" if len(sectors) == 1 else f"unknown in {len(sectors)} sectors all around"
+    if len(sectors) > MOST_SECTORS:
+        return f"unknown in {len(sectors)} sectors, {opening:.4g} {unit} together"
+    if not sectors:
+        return ""
+    return "unknown from " + ", ".join(f"{first:.4g} to {last:.4g}" for first, last in sectors) + f" {unit}"
 
 
 def instability_cone(
@@ -150,9 +213,12 @@ def instability_cone(
 ) -> Cone:
     """Directions in which the second-order work of a state is negative; the specimen is left as it was.
 
-    1. The given directions are probed; a sector narrower than their distance can be missed.
-    2. Every edge, where the sign changes between neighbours, is bisected until bracketed within the
-       tolerance; the edges of one round are probed together.
+    1. The given directions are probed.
+    2. Every edge, where the sign changes between directions whose signs are sure, is bisected until bracketed within the
+       tolerance, or as closely as the error lets it be; the edges of one round are probed together.
+    3. So are the gaps beside every minimum of W2n or W2 that continued slopes let be negative: a smooth cone that lies
+       between two of the given directions is found. One with steep sides, much narrower than their distance, can be missed.
+    4. A direction whose sign is not sure is unknown, which is not stable.
 
     Parameters
     ----------
@@ -165,8 +231,8 @@ def instability_cone(
     tolerance : float
         Degrees.
     refine_smallest : bool
-        Whether the direction of the smallest value is bracketed within the tolerance, too: a cone that has just
-        opened is narrower than the directions are apart.
+        Whether the direction of the smallest value is bracketed within the tolerance, too, for the sake of its number. The
+        sectors do not need it.
 
     Returns
     -------
@@ -219,10 +285,14 @@ def probe_to_edges(
         if probed is not None:
             more = xr.concat([probed, more], "alpha", data_vars="minimal", coords="minimal", compat="override")
         probed = more.sortby("alpha")
-        w2n = np.atleast_2d(probed.w2_normalised.transpose(..., "alpha").values)
-        wanted = probes_wanted(probed.alpha.values, w2n, tolerance, refine_smallest)
+        w2n, size, error, sign = (
+            np.atleast_2d(each.transpose(..., "alpha").values)
+            for each in (probed.w2_normalised.variable, size_of(probed), error_of(probed), signs_of(probed))
+        )
+        error = np.maximum(error, ROUNDING)
+        wanted = probes_wanted(probed.alpha.values, w2n, size, error, sign, tolerance, refine_smallest)
     assert probed is not None
-    return probed
+    return probed.assign_attrs(edge_tolerance=tolerance)
 
 
 def _check_all_around(alpha: np.ndarray) -> None:
@@ -255,35 +325,44 @@ def cone_of(probes: xr.Dataset) -> Cone:
     alpha, w2n = probes.alpha.values, probes.w2_normalised.values
     _check_all_around(alpha)
     is_strain = probes.attrs["kind"] == "strain"
-    d_sigma, d_eps = (probes[name].transpose("alpha", "component").values for name in ("d_sigma", "d_eps"))
+    d_eps = probes.d_eps.transpose("alpha", "component").values
     strain_alpha = alpha if is_strain else direction_of(d_eps)
-    about = {"long_name": "direction of the strain increment", "units": "degree"}
-    probes = probes.assign(strain_alpha=("alpha", strain_alpha, about))
-    share = share_of_drift(d_eps, probes.d_eps_null.values)
-    level = share_of_drift(d_sigma, probes.d_sigma_null.values) + share
-    edges = find_edges(alpha, w2n, level, strain_alpha, np.degrees(np.arcsin(share)))
+    sign = signs_of(probes).values
+    probes = probes.assign(
+        strain_alpha=("alpha", strain_alpha, {"long_name": "direction of the strain increment", "units": "degree"}),
+        w2_sign=("alpha", sign, {"long_name": "sign of the second-order work where it is sure, else 0"}),
+    )
+    turned = np.degrees(np.arcsin(share_of_drift(d_eps, probes.d_eps_null.values)))
+    error = error_of(probes).values
+    edges = find_edges(alpha, w2n, error, sign, strain_alpha, turned)
     pairs = sectors_of(edges)
-    everywhere: Sectors = ((0.0, 360.0),) if (w2n < 0.0).all() else ()
+    # all that is known is unstable, and the rest is read as such
+    everywhere: Sectors = ((0.0, 360.0),) if (sign < 0).any() and not edges else ()
     edgeless: Sectors = ((float("nan"),) * 2,) * len(everywhere)
     sectors = tuple(between(first.alpha, last.alpha) for first, last in pairs) or everywhere
     uncertainty = tuple((first.uncertainty, last.uncertainty) for first, last in pairs) or edgeless
     responses = [_sector_of_responses(pair, strain_alpha) for pair in pairs]
-    worst = int(np.nanargmin(w2n)) if np.isfinite(w2n).any() else 0
-    size = float(np.linalg.norm(d_sigma[worst]) * np.linalg.norm(d_eps[worst]))
-    drift = float(abs(probes.w2_drift.values[worst]))
+    runs = unknown_between(alpha, sign, probes.attrs.get("edge_tolerance", 0.0))
+    unknown = tuple(sector for _, sector in runs)
+    worst = smallest_of(w2n, sign)
+    drift_share = abs(probes["w2_drift"].variable) / size_of(probes)
     gaps = (np.roll(alpha, -1) - alpha) % 360.0
+    ends = [k for edge in edges if not is_unknown(edge.uncertainty) for k in (edge.before, edge.after - 1)]
     return Cone(
         sectors=sectors,
-        tolerance=float(max((gaps[edge.before] for edge in edges), default=0.0)),
+        tolerance=float(max((gaps[k] for k in ends), default=0.0)),
         smallest_w2n=float(w2n[worst]),
         smallest_alpha=float(alpha[worst]),
-        is_significant=bool(probes.is_significant[worst]),
+        is_significant=bool(sign[worst] < 0 or (sign[worst] > 0 and not unknown)),
         probes=probes,
         edge_uncertainty=uncertainty,
-        drift_share=drift / size if size > 0.0 else float("nan"),
+        smallest_error=float(error[worst]),
+        drift_share=float(drift_share[worst]),
         kind=probes.attrs["kind"],
         strain_sectors=sectors if is_strain else tuple(sector for sector, _ in responses) or everywhere,
         strain_edge_uncertainty=uncertainty if is_strain else tuple(each for _, each in responses) or edgeless,
+        unknown_sectors=unknown,
+        strain_unknown_sectors=unknown if is_strain else tuple(_unknown_responses(run, strain_alpha) for run in runs),
     )
 
 
@@ -292,10 +371,22 @@ def _sector_of_responses(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """The sector that the responses run through from one edge to the other, and the uncertainty of its ends."""
     first, last = pair
-    inside = [first.before + 1 + k for k in range((last.before - first.before) % len(response))]
+    inside = [first.after + k for k in range((last.before - first.after) % len(response) + 1)]
     way = [first.response, *(response[k % len(response)] for k in inside), last.response]
     turned = float(wrap(np.diff(way)).sum())
     # a response can turn the plane over: then the responses run clockwise
     low, high = (first, last) if turned >= 0.0 else (last, first)
     start = low.response % 360.0
     return (start, start + abs(turned)), (low.response_uncertainty, high.response_uncertainty)
+
+
+def _unknown_responses(run: tuple[tuple[int, int], tuple[float, float]], response: np.ndarray) -> tuple[float, float]:
+    """The sector that the responses run through where the sign is unknown; those that are no numbers are left out."""
+    (i, j), (first, last) = run
+    if last - first >= 360.0:
+        return 0.0, 360.0
+    way = response[np.arange(i, i + (j - i) % len(response) + 1) % len(response)]
+    way = way[np.isfinite(way)]
+    turns = np.concatenate(([0.0], np.cumsum(wrap(np.diff(way)))))
+    start = float(way[0] + turns.min()) % 360.0
+    return start, start + min(float(np.ptp(turns)), 360.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.cone import Cone
-from rendulic.probing.edges import wrap
+from rendulic.probing.edges import Sectors, is_unknown, wrap
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,14 +23,26 @@ LEAST_CONCENTRATION = 0.3  # of directions that have a middle to speak of
 NUMBERS = {
     "smallest_w2n": ("smallest normalised second-order work", "1", "smallest_w2n"),
     "smallest_alpha": ("its direction of strain", "degree", "smallest_strain_alpha"),
+    "smallest_error": ("its error", "1", "smallest_error"),
     "drift_share": ("what the drift of the null probe has in it", "1", "drift_share"),
     "opening": ("angle of all unstable sectors of strain together", "degree", "strain_opening"),
+    "unknown_opening": ("angle of all sectors of strain of unknown sign together", "degree", "strain_unknown_opening"),
+}
+YES_OR_NO: dict[str, tuple[str, Callable[[Cone], bool]]] = {
+    "is_present": ("there is such a state", lambda cone: True),
+    "is_significant": ("the sign of the smallest value is sure", lambda cone: cone.is_significant),
+    "is_unstable": ("second-order work is surely negative in some direction", lambda cone: cone.verdict == "unstable"),
+    "is_stable": ("second-order work is surely positive in all directions", lambda cone: cone.verdict == "stable"),
 }
 ENDS = {
     "edge_from": ("first direction of an unstable sector", 0, False),
     "edge_to": ("last direction of an unstable sector, beyond the first", 1, False),
     "edge_from_uncertainty": ("uncertainty of the first direction, either way", 0, True),
     "edge_to_uncertainty": ("uncertainty of the last direction, either way", 1, True),
+}
+UNKNOWN_ENDS = {
+    "unknown_from": ("first direction of a sector of unknown sign", 0),
+    "unknown_to": ("last direction of a sector of unknown sign, beyond the first", 1),
 }
 
 
@@ -48,9 +60,10 @@ def cone_table(cones: np.ndarray, coords: Mapping[str, Any]) -> xr.Dataset:
     -------
     xarray.Dataset
         The dimensions of `coords`, and `sector`, the widest first: `edge_from`, `edge_to` (degrees, `edge_to` beyond
-        `edge_from`) and their uncertainties, NaN where there are fewer sectors. `smallest_w2n`,
-        `smallest_alpha`, `drift_share`, `opening`, `n_sectors`; `is_significant`, whether the smallest value exceeds
-        the drift, and `is_unstable`, whether it is negative, too. Numbers of missing states are NaN.
+        `edge_from`) and their uncertainties, NaN where there are fewer sectors. `unknown_sector`, likewise: `unknown_from`,
+        `unknown_to`. `smallest_w2n`, `smallest_alpha`, `smallest_error`, `drift_share`, `opening`, `unknown_opening`,
+        `n_sectors`, `n_unknown_sectors`; `is_significant`, whether the sign of the smallest value is sure. A state is `is_unstable`,
+        `is_stable`, or unknown: neither, though `is_present`. Numbers of missing states are NaN.
     """
     import xarray as xr
 
@@ -59,31 +72,43 @@ def cone_table(cones: np.ndarray, coords: Mapping[str, Any]) -> xr.Dataset:
         return np.array(values).reshape(*cones.shape, *np.shape(missing))
 
     axes = tuple(coords)
-    count = max([1, *(len(cone.sectors) for cone in cones.flat if cone is not None)])
+    present = [cone for cone in cones.flat if cone is not None]
     variables: dict[str, Any] = {}
     for name, (label, unit, attribute) in NUMBERS.items():
         values = each(lambda cone, a=attribute: getattr(cone, a), np.nan)
         variables[name] = (axes, values, {"long_name": label, "units": unit})
-    variables["n_sectors"] = (axes, each(lambda cone: len(cone.sectors), 0), {"long_name": "unstable sectors"})
-    for name, label, pick in (
-        ("is_significant", "smallest value exceeds the drift", lambda cone: cone.is_significant),
-        ("is_unstable", "smallest value is negative and exceeds the drift", _is_unstable),
+    for name, label, attribute in (
+        ("n_sectors", "unstable sectors", "sectors"),
+        ("n_unknown_sectors", "sectors of unknown sign", "unknown_sectors"),
     ):
+        variables[name] = (axes, each(lambda cone, a=attribute: len(getattr(cone, a)), 0), {"long_name": label})
+    for name, (label, pick) in YES_OR_NO.items():
         variables[name] = (axes, each(pick, False), {"long_name": label})
+    count = max([1, *(len(cone.sectors) for cone in present)])
     for name, (label, end, is_uncertainty) in ENDS.items():
-        values = each(lambda cone, e=end, u=is_uncertainty: _ends(cone, e, u, count), np.full(count, np.nan))
+        values = each(lambda cone, e=end, u=is_uncertainty: _edges(cone, e, u, count), np.full(count, np.nan))
         variables[name] = ((*axes, "sector"), values, {"long_name": label, "units": "degree"})
-    return xr.Dataset(variables, {**coords, "sector": np.arange(count)}, {"directions": "strain"})
+    most = max([1, *(len(cone.unknown_sectors) for cone in present)])
+    for name, (label, end) in UNKNOWN_ENDS.items():
+        values = each(lambda cone, e=end: _unknown_ends(cone, e, most), np.full(most, np.nan))
+        variables[name] = ((*axes, "unknown_sector"), values, {"long_name": label, "units": "degree"})
+    labels = {**coords, "sector": np.arange(count), "unknown_sector": np.arange(most)}
+    return xr.Dataset(variables, labels, {"directions": "strain"})
 
 
-def _is_unstable(cone: Cone) -> bool:
-    return cone.smallest_w2n < 0.0 and cone.is_significant
-
-
-def _ends(cone: Cone, end: int, is_uncertainty: bool, count: int) -> np.ndarray:
+def _edges(cone: Cone, end: int, is_uncertainty: bool, count: int) -> np.ndarray:
     """One end of every sector, or its uncertainty, the widest sector first."""
-    widest_first = np.argsort([first - last for first, last in cone.strain_sectors], kind="stable")
     pairs = cone.strain_edge_uncertainty if is_uncertainty else cone.strain_sectors
+    return _ends(pairs, cone.strain_sectors, end, count)
+
+
+def _unknown_ends(cone: Cone, end: int, count: int) -> np.ndarray:
+    return _ends(cone.strain_unknown_sectors, cone.strain_unknown_sectors, end, count)
+
+
+def _ends(pairs: Sectors, sectors: Sectors, end: int, count: int) -> np.ndarray:
+    """One of each pair, in the order of their sectors, the widest first."""
+    widest_first = np.argsort([first - last for first, last in sectors], kind="stable")
     values = np.full(count, np.nan)
     values[: len(pairs)] = [pairs[k][end] for k in widest_first]
     return values
@@ -136,9 +161,10 @@ def with_spread(table: xr.Dataset, dim: str = "specimen") -> xr.Dataset:
     -------
     xarray.Dataset
         With `..._summary` of the smallest value, its direction, the opening, and the edges of the widest sector, along
-        a new dimension `statistic`. Edges are those of the states with a significant cone that has edges; directions
-        are circular (`circular_quantiles`), and `smallest_alpha_concentration` tells how alike they are.
-        `unstable_share` is the share of the present states with a significant cone, `n_present` how many are present.
+        a new dimension `statistic`. Edges are those of the states with a cone that has edges, unknown ones left out;
+        directions are circular (`circular_quantiles`), and `smallest_alpha_concentration` tells how alike they are.
+        `n_present` is how many states there are; `unstable_share`, `stable_share` and `unknown_share` are the shares of these
+        that are so, of sum 1.
     """
     import xarray as xr
 
@@ -163,7 +189,10 @@ def with_spread(table: xr.Dataset, dim: str = "specimen") -> xr.Dataset:
     for name in ("smallest_w2n", "opening"):
         table[f"{name}_summary"] = summarised(table[name], plain)
     has_edges = table.is_unstable & (table.opening < 360.0)
-    widest = {name: table[name].isel(sector=0, drop=True).where(has_edges) for name in ("edge_from", "edge_to")}
+    widest = {}
+    for name in ("edge_from", "edge_to"):
+        is_known = has_edges & ~xr.apply_ufunc(is_unknown, table[f"{name}_uncertainty"].isel(sector=0, drop=True))
+        widest[name] = table[name].isel(sector=0, drop=True).where(is_known)
     for name, values in {"smallest_alpha": table.smallest_alpha, **widest}.items():
         table[f"{name}_summary"] = summarised(values, directions)
     # as in a cone, the end of a sector lies beyond its beginning
@@ -173,9 +202,11 @@ def with_spread(table: xr.Dataset, dim: str = "specimen") -> xr.Dataset:
     table["smallest_alpha_concentration"] = xr.apply_ufunc(
         lambda values: circular_quantiles(values)[1], table.smallest_alpha, input_core_dims=[[dim]], vectorize=True
     ).assign_attrs(long_name="concentration of its directions", units="1")
-    present = table.smallest_w2n.notnull().sum(dim)
+    present = table.is_present.sum(dim)
     table["n_present"] = present.assign_attrs(long_name="states that there are")
-    table["unstable_share"] = (table.is_unstable.sum(dim) / present.where(present > 0)).assign_attrs(
-        long_name="share of states with a significant cone", units="1"
-    )
+    unknown = table.is_present & ~table.is_unstable & ~table.is_stable
+    for name, which in (("unstable", table.is_unstable), ("stable", table.is_stable), ("unknown", unknown)):
+        table[f"{name}_share"] = (which.sum(dim) / present.where(present > 0)).assign_attrs(
+            long_name=f"share of states that are {name}", units="1"
+        )
     return table

@@ -1,52 +1,71 @@
-"""Edges of sectors of negative second-order work: where to probe next, and how sure an edge is."""
+"""Which directions are unstable, and which unknown: edges between probes whose signs are sure, and how sure an edge is."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 __all__ = [
     "NEAR_EDGE",
+    "ROUNDING",
     "UNKNOWN",
     "Edge",
+    "Sectors",
     "between",
+    "error_of",
     "find_edges",
     "give_or_take",
     "is_unknown",
+    "known_pairs",
     "largest_gap",
-    "probes_wanted",
     "sectors_of",
     "share_of_drift",
+    "signs_of",
+    "size_of",
+    "smallest_of",
+    "unknown_between",
     "wrap",
 ]
 
-# degrees: uncertainty of an edge that the drift alone could make. 180 either way is the whole circle: nothing is known
+# degrees: uncertainty of an edge that the error alone could make. 180 either way is the whole circle: nothing is known
 UNKNOWN = 180.0
 # degrees: what lies nearer to an edge is on neither side of it for sure, and an edge less sure than this is not sharp
 NEAR_EDGE = 5.0
+# of |d_sigma| |d_eps|: below it no sign is sure. Increments are differences of states: at 300 kPa a response of 0.1 Pa is
+# rounded to 7e-10 of itself
+ROUNDING = 1e-9
+
+Sectors = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A change of sign of the second-order work between neighbouring directions; angles in degrees.
+    """A change of sign of the second-order work between directions whose signs are sure; angles in degrees.
 
     Parameters
     ----------
     opens : bool
         Whether W2 is negative counter-clockwise of it.
-    before : int
-        Index of the probe on its clockwise side; the next one is on the other side.
+    before, after : int
+        Indices of the last probe on its clockwise side and the first on its other side whose signs are sure; of an
+        edge that is unknown, of the negative one and its neighbour.
     alpha : float
-        Middle of the bracket, and
+        Middle between the two, and
     uncertainty : float
-        half the bracket plus the shift that the drift can cause.
+        half their distance plus what the error can shift it; see `find_edges`. `UNKNOWN` if the error alone could make the
+        edge.
     response, response_uncertainty : float
         The same edge in directions of the response; see `find_edges`.
     """
 
     opens: bool
     before: int
+    after: int
     alpha: float
     uncertainty: float
     response: float
@@ -54,7 +73,7 @@ class Edge:
 
 
 def is_unknown(uncertainty):
-    """Whether the drift alone could make an edge of this uncertainty; not where there is no edge (NaN).
+    """Whether the error alone could make an edge of this uncertainty; not where there is no edge (NaN).
 
     >>> is_unknown([0.5, 120.0, 180.0, float("nan")]).tolist()
     [False, False, True, False]
@@ -91,30 +110,54 @@ def largest_gap(alpha: np.ndarray) -> float:
     return float(((np.roll(alpha, -1) - alpha) % 360.0).max()) if len(alpha) > 1 else 360.0
 
 
-def probes_wanted(alpha: np.ndarray, w2n: np.ndarray, tolerance: float, seek_smallest: bool = False) -> np.ndarray:
-    """Directions that bring every edge, and if asked the smallest value, closer to its bracket.
+def error_of(probes: xr.Dataset) -> xr.Variable:
+    """Error of the normalised second-order work of each probe; NaN where W2n is.
 
     Parameters
     ----------
-    alpha : (n,) array
-        Sorted directions in degrees.
-    w2n : (m, n) array
-        Normalised second-order work, of m norms; the directions wanted are those of all of them.
-    tolerance : float
-        Degrees beneath which a bracket is left as it is.
-    seek_smallest : bool
-        Whether also the neighbours of the smallest value are brought within the tolerance.
+    probes : xarray.Dataset
+        From `rd.probe`. Its `w2_normalised_error`, or where there is none the share of the null probe's drift.
     """
-    gaps = (np.roll(alpha, -1) - alpha) % 360.0
-    wanted = np.zeros(len(alpha), dtype=bool)  # whether to halve the gap after each direction
-    for row in w2n:
-        negative = row < 0.0
-        wanted |= negative != np.roll(negative, -1)
-        if seek_smallest and np.isfinite(row).any():
-            least = int(np.nanargmin(row))
-            wanted[[least - 1, least]] = True
-    wanted &= gaps > tolerance
-    return (alpha[wanted] + 0.5 * gaps[wanted]) % 360.0
+    if "w2_normalised_error" in probes:
+        error = probes["w2_normalised_error"].variable
+    else:
+        error = abs(probes["w2_drift"].variable) / size_of(probes)
+    return error.where(np.isfinite(probes["w2_normalised"].variable))
+
+
+def size_of(probes: xr.Dataset) -> xr.Variable:
+    """`|d_sigma| |d_eps|` of each probe, NaN where there is no response."""
+    squares = ((probes[name].variable ** 2).sum("component") for name in ("d_sigma", "d_eps"))
+    size = (next(squares) * next(squares)) ** 0.5
+    return size.where(size > 0.0)
+
+
+def signs_of(probes: xr.Dataset) -> xr.Variable:
+    """Sign of the second-order work of each probe: -1 or 1 where it is sure, and 0 where it is unknown.
+
+    It is unknown where W2n is no number, is not significant or does not exceed its error and `ROUNDING`, and where a stress
+    was asked for that was not reached: what is known then is the sign in another direction.
+
+    Parameters
+    ----------
+    probes : xarray.Dataset
+        From `rd.probe`.
+    """
+    w2n = probes["w2_normalised"].variable
+    sure = probes["is_significant"].variable & (abs(w2n) > error_of(probes)) & (abs(w2n) > ROUNDING)
+    if probes.attrs["kind"] == "stress":
+        sure = sure & probes["is_reached"].variable
+    return sure * ((w2n > 0.0).astype(int) - (w2n < 0.0).astype(int))
+
+
+def smallest_of(w2n: np.ndarray, sign: np.ndarray) -> int:
+    """Index of the smallest W2n: of those that are surely negative if there are any, else of all numbers.
+
+    >>> smallest_of(np.array([0.5, -0.2, -0.9, np.nan]), np.array([1, -1, 0, 0]))
+    1
+    """
+    among = sign < 0 if (sign < 0).any() else np.isfinite(w2n)
+    return int(np.argmin(np.where(among, w2n, np.inf)))
 
 
 def share_of_drift(increments: np.ndarray, drift: np.ndarray) -> np.ndarray:
@@ -142,77 +185,130 @@ def share_of_drift(increments: np.ndarray, drift: np.ndarray) -> np.ndarray:
     return np.fmin(share, 1.0)
 
 
-def find_edges(
-    alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, response: np.ndarray, turned: np.ndarray
-) -> list[Edge]:
-    """Edges of the sectors in which W2n is negative, each with its uncertainty.
+def known_pairs(sign: np.ndarray) -> list[tuple[int, int]]:
+    """Indices of probes whose signs are sure, each with the next one around the circle; none if no sign is.
 
-    1. An edge lies between two neighbours of different sign: its middle is the edge, half of it its first uncertainty.
-    2. From the zero of W2n (linear between the two) one goes either way until |W2n| exceeds `level`. Within
-       this band the drift can make the sign, so the edge can be anywhere in it; the farther end is the
-       second uncertainty. A W2n that is nearly flat makes the band wide, no slope is fitted.
-    3. If W2n changes its sign again before it exceeds the level, the drift could remove this edge: it is UNKNOWN.
+    >>> known_pairs(np.array([1, 0, -1, -1]))
+    [(0, 2), (2, 3), (3, 0)]
+    """
+    known = np.flatnonzero(sign).tolist()
+    return list(zip(known, [*known[1:], *known[:1]], strict=True))
+
+
+def unknown_between(
+    alpha: np.ndarray, sign: np.ndarray, tolerance: float = 0.0
+) -> list[tuple[tuple[int, int], tuple[float, float]]]:
+    """Sectors in which the sign is unknown, each with the indices of the probes on both sides whose signs are sure.
+
+    A sector goes from one probe with a sure sign to the next. Probes of unknown sign that lie between two of opposite signs not
+    farther apart than the tolerance are left out: they are within the bracket of an edge.
 
     Parameters
     ----------
     alpha : (n,) array
         Sorted directions in degrees, all around.
-    w2n, level : (n,) arrays
-        Normalised second-order work, and the value below which its sign can be the drift's.
+    sign : (n,) array of int
+        -1 or 1 where it is sure, 0 where it is unknown.
+    tolerance : float
+        Degrees.
+
+    Returns
+    -------
+    list of ((before, after), (from, to))
+        Indices (0, 0) and the whole circle if no sign is sure.
+
+    Examples
+    --------
+    >>> unknown_between(np.array([0.0, 100.0, 200.0, 300.0]), np.array([0, 1, 1, 1]))
+    [((3, 1), (300.0, 460.0))]
+    """
+    pairs = known_pairs(sign)
+    if not pairs:
+        return [((0, 0), (0.0, 360.0))]
+    found = []
+    for i, j in pairs:
+        if (j - i) % len(sign) != 1 and len(sign) > 1:
+            first, last = between(float(alpha[i]), float(alpha[j])) if i != j else (float(alpha[i]), alpha[i] + 360.0)
+            if sign[i] == sign[j] or last - first > tolerance:
+                found.append(((i, j), (first, float(last))))
+    return sorted(found, key=lambda one: one[1])
+
+
+def find_edges(
+    alpha: np.ndarray, w2n: np.ndarray, error: np.ndarray, sign: np.ndarray, response: np.ndarray, turned: np.ndarray
+) -> list[Edge]:
+    """Edges of the sectors in which W2n is surely negative, each with its uncertainty.
+
+    1. Between two neighbours of opposite sure signs lies an edge: in their middle, give or take half of their distance and the
+       larger of their errors over the slope between them.
+    2. If unknown probes lie between the two, the edge is in the middle, too, give or take half of their distance: that is as
+       far as the error reaches, for beyond it the signs are sure.
+    3. Unknown probes between two that are surely negative belong to the sector if W2n is negative in all of them, too: the value
+       speaks for it, though not surely. If not, the sector ends beside the last sure one, at an edge that is `UNKNOWN`.
+
+    Parameters
+    ----------
+    alpha : (n,) array
+        Sorted directions in degrees, all around.
+    w2n, error : (n,) arrays
+        Normalised second-order work and its error.
+    sign : (n,) array of int
+        Its sign where it is sure, 0 where it is unknown.
     response : (n,) array
         Directions of the responses in degrees. Each edge is given in these, too: where the response is when W2n is zero,
         linear between the two probes, which near a limit state are far apart. Its uncertainty is the angle to the
-        farther of their responses, plus that of the band, plus
+        farthest of their responses and of those between, plus
     turned : (n,) array
         the angle in degrees by which the drift can turn a response.
     """
-    negative = w2n < 0.0
-    found = []
-    for k in np.flatnonzero(negative != np.roll(negative, -1)):
-        ahead = np.roll(np.arange(len(alpha)), -int(k) - 1)  # from the probe after the edge, once around
-        behind = ahead[::-1]
-        gap = float((alpha[ahead[0]] - alpha[k]) % 360.0)
-        turn = float(wrap(response[ahead[0]] - response[k]))
-        at_k, after = np.nan_to_num(w2n[[k, ahead[0]]])
-        zero = float(at_k / (at_k - after)) if at_k != after else 0.5
-        ways = [_reach(*way, alpha, w2n, level, response) for way in ((ahead, zero), (behind, 1.0 - zero))]
-        reach, response_reach = np.max(ways, axis=0).tolist()
-        farther = max(zero, 1.0 - zero) * abs(turn)
-        found.append(
-            Edge(
-                opens=bool(negative[ahead[0]]),
-                before=int(k),
-                alpha=float(alpha[k] + 0.5 * gap),
-                uncertainty=min(0.5 * gap + reach, UNKNOWN),
-                response=float((response[k] + zero * turn) % 360.0),
-                response_uncertainty=min(farther + response_reach + max(turned[k], turned[ahead[0]]), UNKNOWN),
+    count, found = len(alpha), []
+    for i, j in known_pairs(sign):
+        way = np.arange(i, i + ((j - i) % count or count) + 1) % count
+        if sign[i] != sign[j]:
+            gap = float((alpha[j] - alpha[i]) % 360.0)
+            at, farthest = _response_of_zero(way, alpha, w2n, response)
+            # what the error adds to half the bracket, over that half
+            shift = 2.0 * float(max(error[i], error[j]) / abs(w2n[j] - w2n[i])) if len(way) == 2 else 0.0
+            found.append(
+                Edge(
+                    opens=bool(sign[j] < 0),
+                    before=i,
+                    after=j,
+                    alpha=float(alpha[i] + 0.5 * gap) % 360.0,
+                    uncertainty=0.5 * gap * (1.0 + shift),
+                    response=at,
+                    response_uncertainty=min(farthest * (1.0 + shift) + float(np.nanmax(turned[way])), UNKNOWN),
+                )
             )
-        )
+        elif sign[i] < 0 and not (w2n[way] < 0.0).all():
+            found += [_end_of_the_known(False, i, way[1], alpha, response)]
+            found += [_end_of_the_known(True, way[-2], j, alpha, response)]
     return found
 
 
-def _reach(
-    order: np.ndarray, start: float, alpha: np.ndarray, w2n: np.ndarray, level: np.ndarray, response: np.ndarray
-) -> tuple[float, float]:
-    """How far from the zero of W2n the drift can move it, one way around: in direction, and in that of the response.
+def _response_of_zero(way: np.ndarray, alpha: np.ndarray, w2n: np.ndarray, response: np.ndarray) -> tuple[float, float]:
+    """Direction of the response where W2n is zero, linear from the first to the last probe, and the angle to the farthest."""
+    way = way[np.isfinite(response[way])]
+    first, last = w2n[way[0]], w2n[way[-1]]
+    turns = np.concatenate(([0.0], np.cumsum(wrap(np.diff(response[way])))))
+    places = (alpha[way] - alpha[way[0]]) % 360.0
+    zero = float(np.interp(first / (first - last) * places[-1], places, turns))
+    return float((response[way[0]] + zero) % 360.0), float(np.abs(turns - zero).max())
 
-    The probes come in `order`; the last of them is the one on the other side of the edge, and the zero is at the share
-    `start` of the way from it to the first.
-    """
-    sign = -1.0 if w2n[order[0]] < 0.0 else 1.0
-    excess = np.nan_to_num(sign * w2n - level, nan=-2.0)  # by how much the sign is sure
-    way = response_way = 0.0
-    last, share = order[-1], start
-    for now in order[:-1]:
-        if (w2n[now] < 0.0) != (sign < 0.0):
-            break
-        gap, turn = float(abs(wrap(alpha[now] - alpha[last]))), float(abs(wrap(response[now] - response[last])))
-        if excess[now] > 0.0 or level[now] == 0.0:
-            end = max(excess[last] / (excess[last] - excess[now]), share) if excess[last] < excess[now] else share
-            return float(way + (end - share) * gap), float(response_way + (end - share) * turn)
-        way, response_way = way + (1.0 - share) * gap, response_way + (1.0 - share) * turn
-        last, share = now, 0.0
-    return UNKNOWN, UNKNOWN
+
+def _end_of_the_known(opens: bool, before: int, after: int, alpha: np.ndarray, response: np.ndarray) -> Edge:
+    """The end of a sector beside a probe of unknown sign: half-way between it and the negative one."""
+    negative, other = (after, before) if opens else (before, after)
+    turn = float(np.nan_to_num(wrap(response[other] - response[negative])))
+    return Edge(
+        opens=opens,
+        before=int(before),
+        after=int(after),
+        alpha=float(alpha[before] + 0.5 * ((alpha[after] - alpha[before]) % 360.0)) % 360.0,
+        uncertainty=UNKNOWN,
+        response=float(response[negative] + 0.5 * turn) % 360.0,
+        response_uncertainty=UNKNOWN,
+    )
 
 
 def between(first: float, last: float) -> tuple[float, float]:

@@ -50,8 +50,9 @@ def cone_ensemble(
         `is_significant`, `is_unstable`, the edges and their uncertainties; all directions are those of strain. Over the
         specimens, dimension `statistic` ("smallest", "lower_quartile", "median", "upper_quartile", "largest"):
         `smallest_w2n_summary`, `smallest_alpha_summary`, `opening_summary`, and of the widest sectors of those with a
-        significant cone `edge_from_summary`, `edge_to_summary`; directions are circular. `unstable_share` is the share
-        of specimens with a significant cone.
+        cone `edge_from_summary`, `edge_to_summary`; directions are circular. `unstable_share`, `stable_share` and
+        `unknown_share` are the shares of specimens that are so: surely negative in some direction, surely positive in all, or
+        neither.
 
     Raises
     ------
