@@ -11,7 +11,7 @@ import rendulic as rd
 def main(folder: str = ".") -> None:
     point = rd.ChangHicher.preset("hostun_loose").at(pressure=300e3, void_ratio=0.9)
     point.load(rd.paths.constant_volume(until_strain=0.03))
-    probes = rd.probe(point, rd.directions.sphere(400), norm=1e-6, n_steps=1)
+    probes = rd.probe(point, rd.directions.sphere(400), norm=1e-6)
     work = probes.w2_normalised
     unstable = float((work < 0).mean())
     worst = int(work.argmin("direction"))

@@ -24,7 +24,7 @@ def main(folder: str = ".", n_grains: int = 500) -> None:
     print(sample.equilibrium())
 
     # 18 directions from that same state, read at two sizes of the strain increment
-    probes = rd.probe(sample, rd.directions.rendulic(step=20), norm=[5e-5, 2e-4], n_steps=1000, progress=show)
+    probes = rd.probe(sample, rd.directions.rendulic(step=20), norm=[5e-5, 2e-4], progress=show)
     for norm in probes.norm.values:
         one = probes.sel(norm=norm)
         worst = one.isel(alpha=int(one.w2_normalised.argmin("alpha")))

@@ -15,9 +15,7 @@ def main(folder: str = ".", n_grains: int = 400) -> None:
     rest = rd.dem.bring_to_rest(sample, "stress")
     print(rest.equilibrium)
 
-    table = rd.cones_by_amplitude(
-        sample, [1e-5, 3e-5, 1e-4, 3e-4], rd.directions.rendulic(20), n_steps=300, tolerance=2
-    )
+    table = rd.cones_by_amplitude(sample, [1e-5, 3e-5, 1e-4, 3e-4], rd.directions.rendulic(20), tolerance=2)
     for norm in table.norm.values:
         one = table.sel(norm=norm)
         print(

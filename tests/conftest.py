@@ -169,12 +169,12 @@ def reported_study(shared):
             {"name": "hostun", "kind": "chang_hicher", "pressure_pa": 3e5, "void_ratios": [0.9], "eta": (0.25, 0.9)},
         ],
         "probes": [
-            {"name": "circle", "step_deg": 30.0, "norms": (1e-4, 2e-4), "n_steps": 100},
-            {"name": "inside", "step_deg": 60.0, "norms": (2e-4,), "n_steps": 200, "anatomy": True},
-            {"name": "sphere", "eta": [0.25], "sphere_directions": 12, "norms": (2e-4,), "n_steps": 100},
+            {"name": "circle", "step_deg": 30.0, "norms": (1e-4, 2e-4), "rate": 1e-06, "settle": False},
+            {"name": "inside", "step_deg": 60.0, "norms": (2e-4,), "rate": 1e-06, "settle": False, "anatomy": True},
+            {"name": "sphere", "eta": [0.25], "sphere_directions": 12, "norms": (2e-4,), "rate": 2e-06, "settle": False},
         ],
-        "cones": [{"name": "edges", "norm": 2e-4, "n_steps": 200, "step_deg": 60.0, "tolerance_deg": 30.0}],
-        "bursts": [{"name": "pushes", "cones": "edges", "n_steps": 200, "step_deg": 90.0}],
+        "cones": [{"name": "edges", "norm": 2e-4, "rate": 1e-06, "settle": False, "step_deg": 60.0, "tolerance_deg": 30.0}],
+        "bursts": [{"name": "pushes", "cones": "edges", "rate": 1e-06, "step_deg": 90.0}],
         "path": [{"name": "undrained", "specimens": ["hostun"], "path": "undrained", "axial_strain": 0.03}],
         "figures": {"diagram_norm": 2e-4},
     }  # fmt: skip

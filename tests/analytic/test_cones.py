@@ -38,7 +38,9 @@ def test_a_lattice_of_columns_has_the_work_of_its_springs():
     counts = np.array([1, 4, 4])
     modulus = K * counts / (counts + 1)
     norm = 1e-6
-    cone = rd.instability_cone(columns(counts), rd.directions.rendulic(step=15), norm=norm, n_steps=2000, workers=1)
+    cone = rd.instability_cone(
+        columns(counts), rd.directions.rendulic(step=15), norm=norm, rate=norm / 2000, settle=False, workers=1
+    )
     assert cone.is_empty
     assert cone.strain_sectors == ()
     assert cone.smallest_w2n > 0.9
@@ -58,7 +60,7 @@ def test_a_frictional_lattice_that_cannot_slide_is_linear(kind):
     rd.dem.bring_to_rest(packing)
     norm = 1e-6 if kind == "strain" else 300.0
     around = rd.directions.rendulic(step=15)
-    cone = rd.instability_cone(packing, around, norm=norm, n_steps=4000, kind=kind, workers=1)
+    cone = rd.instability_cone(packing, around, norm=norm, rate=norm / 4000, settle=False, kind=kind, workers=1)
     assert cone.is_empty
     assert cone.smallest_w2n > 0.9
     given, answer = (
@@ -103,10 +105,11 @@ def closed(sand):
 
 def test_edges_of_the_model(sand, closed):
     """Probes of 1e-8 show the closed form within the bracket; no drift, so that nothing else makes an edge unsure."""
-    cone = rd.instability_cone(sand, norm=1e-8, n_steps=1, tolerance=0.01, workers=1)
+    cone = rd.instability_cone(sand, norm=1e-8, tolerance=0.01, workers=1)
     ((low, high),) = cone.edge_uncertainty
     assert cone.tolerance <= 0.01
-    assert_allclose([low, high], 0.5 * cone.tolerance, rtol=1e-12)
+    # the last digits of stresses of 300 kPa make 5e-5 of that
+    assert_allclose([low, high], 0.5 * cone.tolerance, rtol=1e-4)
     # the finite size of the probes turns an edge by less than 2e-3 degrees
     assert_allclose(cone.sectors, [closed], rtol=0, atol=low + 2e-3)
     assert cone.strain_sectors == cone.sectors
@@ -115,7 +118,7 @@ def test_edges_of_the_model(sand, closed):
 
 def test_stress_probes_show_the_same_sector_of_strain(sand, closed):
     """Imposed stresses have a sector elsewhere, but the strains that answer within it span that of strain probes."""
-    cone = rd.instability_cone(sand, norm=3.0, n_steps=1, kind="stress", tolerance=0.02, workers=1)
+    cone = rd.instability_cone(sand, norm=3.0, kind="stress", tolerance=0.02, workers=1)
     (sector,) = cone.strain_sectors
     error = np.abs(np.subtract(sector, closed))
     assert (error <= np.array(cone.strain_edge_uncertainty[0]) + 2e-3).all()
@@ -136,7 +139,7 @@ def test_stress_probes_show_the_same_sector_of_strain(sand, closed):
 def test_the_plateau_of_the_model(sand, closed):
     """Small norms agree on the closed form; the plateau ends where the state changes under the probe."""
     norms = np.geomspace(1e-8, 1e-2, 7)
-    table = rd.cones_by_amplitude(sand, norms, n_steps=1, tolerance=0.05, change=0.002, workers=1)
+    table = rd.cones_by_amplitude(sand, norms, tolerance=0.05, change=0.002, workers=1)
     assert table.attrs["plateau_from"] == norms[0]
     assert 1e-6 <= table.attrs["plateau_to"] < norms[-1]
     assert_array_equal(table.is_plateau, norms <= table.attrs["plateau_to"])
@@ -164,7 +167,7 @@ def test_the_first_stress_ratio_of_the_model():
         else:
             low, reached = further, 0.5 * (reached + high)
     etas = [0.84, 0.86, 0.88, 0.90, 0.92]
-    table = rd.bifurcation_map(rd.states_along(loose(), drained, etas), norm=1e-8, n_steps=1, workers=1)
+    table = rd.bifurcation_map(rd.states_along(loose(), drained, etas), norm=1e-8, workers=1)
     assert_allclose(table.first_eta, high, rtol=0, atol=1e-3)
     assert (table.first_eta_from, table.first_eta_to) == (0.88, 0.90)
     assert_allclose(table.measured_eta[:, 0], etas, rtol=1e-9)
@@ -176,7 +179,7 @@ def test_the_first_stress_ratio_of_the_model():
 
 
 def cone_of(specimen, kind="strain", **options):
-    return rd.instability_cone(specimen, norm=1.0, n_steps=1, kind=kind, workers=1, **options)
+    return rd.instability_cone(specimen, norm=1.0, kind=kind, workers=1, **options)
 
 
 def edges(cone):
@@ -260,7 +263,7 @@ def test_everywhere_and_nowhere_have_no_edges():
     assert np.isnan(everywhere.strain_edge_uncertainty).all()
     assert str(everywhere).startswith("unstable in all directions")
     assert (nowhere.strain_sectors, nowhere.edge_uncertainty) == ((), ())
-    table = rd.cone_ensemble([constant(-0.3), constant(0.3), single(130.0, 20.0)], norm=1.0, n_steps=1, workers=1)
+    table = rd.cone_ensemble([constant(-0.3), constant(0.3), single(130.0, 20.0)], norm=1.0, workers=1)
     assert_allclose(table.unstable_share, 2 / 3)
     assert_allclose(table.edge_from_summary, 110.0, rtol=0, atol=0.2)
     assert_allclose(table.opening[:2], [360.0, 0.0])
@@ -273,7 +276,7 @@ def test_medians_of_an_ensemble(middle):
     shifts = np.array([-10.0, -2.0, 3.0, 12.0, 20.0])
     specimens = [single(middle + shift, 15.0) for shift in shifts] + [constant(0.2)]
     labels = list("abcdef")
-    table = rd.cone_ensemble(specimens, norm=1.0, n_steps=1, tolerance=0.1, labels=labels, workers=1)
+    table = rd.cone_ensemble(specimens, norm=1.0, tolerance=0.1, labels=labels, workers=1)
     assert_array_equal(table.specimen, labels)
     assert_allclose(table.unstable_share, 5 / 6)
     order = ["smallest", "lower_quartile", "median", "upper_quartile", "largest"]
@@ -292,7 +295,7 @@ def test_the_map_of_two_sands():
     `w / sqrt(1 + w^2)` with w = 0.42 - eta bends by less than 1e-4 of eta between 0.4 and 0.5.
     """
     rows = {eta: [constant(0.42 - eta), constant(0.3)] for eta in (0.2, 0.4, 0.5, 0.6)}
-    table = rd.bifurcation_map(rows, norm=1.0, n_steps=1, labels=["one", "other"], workers=1)
+    table = rd.bifurcation_map(rows, norm=1.0, labels=["one", "other"], workers=1)
     assert_allclose(table.first_eta.sel(specimen="one"), 0.42, rtol=0, atol=1e-4)
     assert_array_equal([table.first_eta_from[0], table.first_eta_to[0]], [0.4, 0.5])
     assert table.first_eta_reason.values.tolist() == ["found", "W2 is positive up to eta = 0.6"]
@@ -304,8 +307,8 @@ def test_stress_probes_lie_on_strain_probes(sand):
 
     Strain probes every tenth of a degree: linear interpolation about the kinks of W2n leaves less than 1e-3.
     """
-    strain = rd.probe(sand, rd.directions.rendulic(step=0.1), norm=[1e-9, 1e-5], n_steps=1)
-    stress = rd.probe(sand, rd.directions.rendulic(step=10), norm=0.1, n_steps=1, kind="stress")
+    strain = rd.probe(sand, rd.directions.rendulic(step=0.1), norm=[1e-9, 1e-5])
+    stress = rd.probe(sand, rd.directions.rendulic(step=10), norm=0.1, kind="stress")
     table = stress_on_strain(strain, stress)
     assert table.attrs["n_compared"] >= 30
     assert table.attrs["rms"] < 1e-3

@@ -41,7 +41,8 @@ loading = { inertial_number = 1e-3 }
 name = "circle"
 step_deg = 30
 norms = [1e-5]
-n_steps = 200
+rate = 1e-6
+settle = false
 """
 )
 SAND = '[[specimen]]\nname = "sand"\nkind = "chang_hicher"\npressure_pa = 1e5\nvoid_ratios = [0.9]\nsphere_rule = "{rule}"\n'

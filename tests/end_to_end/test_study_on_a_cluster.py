@@ -29,7 +29,7 @@ GRAINS = {
     "name": "loose", "kind": "grains", "n_grains": 40, "radius_min_m": 8e-3, "radius_max_m": 12e-3, "eta": [0.05],
     "axial_strain": 0.2, "loading": {"inertial_number": 1e-3},
 }  # fmt: skip
-PROBES = [{"name": "circle", "step_deg": 30.0, "norms": [1e-5], "n_steps": 100}]
+PROBES = [{"name": "circle", "step_deg": 30.0, "norms": [1e-5], "rate": 1e-07, "settle": False}]
 
 
 def study(**parts):

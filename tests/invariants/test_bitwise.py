@@ -78,7 +78,15 @@ def test_threads_do_not_matter(sheared, kind):
     """One, two and three workers give the same data set, to the bit and to the attribute."""
     norm = [2e-5, 1e-4] if kind == "strain" else [1e3, 5e3]
     results = [
-        rd.probe(sheared, rd.directions.rendulic(step=72), norm=norm, n_steps=60, kind=kind, workers=workers)
+        rd.probe(
+            sheared,
+            rd.directions.rendulic(step=72),
+            norm=norm,
+            rate=norm[0] / 60,
+            settle=False,
+            kind=kind,
+            workers=workers,
+        )
         for workers in (1, 2, 3)
     ]
     assert float(np.abs(results[0].w2_macro).max()) > 0
@@ -90,7 +98,7 @@ def test_probing_leaves_the_specimen_untouched(sheared):
     """Not a bit of the specimen changes, whatever the kind of probe."""
     before = sheared.save().checksum
     for kind, norm in (("strain", 1e-4), ("stress", 1e3)):
-        rd.probe(sheared, rd.directions.rendulic(step=120), norm=norm, n_steps=50, kind=kind)
+        rd.probe(sheared, rd.directions.rendulic(step=120), norm=norm, rate=norm / 50, settle=False, kind=kind)
         sheared.snapshot()
         sheared.energies()
         sheared.equilibrium()
@@ -99,7 +107,7 @@ def test_probing_leaves_the_specimen_untouched(sheared):
 
 def test_a_sweep_passes_the_smaller_norm_as_a_probe_of_its_own(sheared):
     """Reading a long probe on its way equals the short probe at the same rate, to the bit."""
-    alone = rd.probe(sheared, rd.directions.rendulic(step=120), norm=5e-5, n_steps=100)
-    sweep = rd.probe(sheared, rd.directions.rendulic(step=120), norm=[5e-5, 1e-4], n_steps=100)
+    alone = rd.probe(sheared, rd.directions.rendulic(step=120), norm=5e-5, rate=5e-07, settle=False)
+    sweep = rd.probe(sheared, rd.directions.rendulic(step=120), norm=[5e-5, 1e-4], rate=5e-07, settle=False)
     np.testing.assert_array_equal(sweep.d_eps.sel(norm=5e-5), alone.d_eps)
     np.testing.assert_array_equal(sweep.d_sigma.sel(norm=5e-5), alone.d_sigma)

@@ -11,7 +11,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import rendulic as rd
-from rendulic.dem.drive.lanes import Lanes, batches
+from rendulic.dem.drive.lanes import Lanes, batches, probe_in_lanes
+from rendulic.dem.drive.loading import probe_alone
 from rendulic.dem.drive.servo import drive_for, hold
 from rendulic.dem.state.neighbours import find_contacts
 from rendulic.foundation.errors import UnstableTimeStep
@@ -113,34 +114,46 @@ def test_a_lane_goes_on_as_an_assembly(sheared_state):
 def test_marks_and_workers_do_not_change_a_probe(sheared):
     """Reading on the way, more workers and other directions beside change no bit of a probe."""
     around = rd.directions.rendulic(step=60)
-    one = rd.probe(sheared, around, norm=[1e-5, 3e-5], n_steps=60, workers=1)
-    two = rd.probe(sheared, around, norm=[1e-5, 3e-5], n_steps=60, workers=3)
-    alone = rd.probe(sheared, rd.directions.axisymmetric([120.0]), norm=[1e-5, 3e-5], n_steps=60)
+    one = rd.probe(sheared, around, norm=[1e-5, 3e-5], rate=1e-5 / 60, settle=False, workers=1)
+    two = rd.probe(sheared, around, norm=[1e-5, 3e-5], rate=1e-5 / 60, settle=False, workers=3)
+    alone = rd.probe(sheared, rd.directions.axisymmetric([120.0]), norm=[1e-5, 3e-5], rate=1e-5 / 60, settle=False)
     for name in one.data_vars:
         assert_array_equal(one[name].values, two[name].values)
     assert_array_equal(alone.d_sigma.values[:, 0], one.d_sigma.sel(alpha=120.0).values)
 
 
-def test_probes_in_lanes_are_probes_one_by_one(sheared):
-    """`rd.probe` of an assembly, and of the same assembly that hides that it can probe together."""
+@pytest.mark.parametrize("settling_steps", [0, 1500])
+def test_probes_in_lanes_are_probes_one_by_one(sheared, settling_steps):
+    """Probes of a sweep in lanes, and each alone with the scalar stepper: read while moving, and with walls held.
 
-    class OneByOne:
-        def __init__(self, own):
-            self.own = own
-            self.snapshot, self.probe = own.snapshot, own.probe
+    Some of them come to rest within the steps that are allowed and others do not, and rattlers are stopped on the way.
+    """
+    increments = np.concatenate((np.zeros((1, 3)), rd.directions.rendulic(step=45).increments(5e-5)))
+    sheared.damping = 0.3
 
-        stress = property(lambda self: self.own.stress)
-        strain = property(lambda self: self.own.strain)
+    def read(now, way):
+        return now.grains.row.copy(), now.stress, way
 
-        def clone(self):
-            return OneByOne(self.own.clone())
+    marks = (0.4, 1.0)
+    together = probe_in_lanes(sheared, increments, 200, marks, settling_steps, read, 2, lambda _more: None)
+    ways = []
+    for increment, in_lanes in zip(increments, together, strict=True):
+        alone = probe_alone(sheared, increment, 200, "strain", marks, settling_steps, read, 0.1)
+        for one, other in zip(in_lanes, alone, strict=True):
+            assert_array_equal(one[0], other[0])
+            assert_array_equal(one[1], other[1])
+            assert one[2] == other[2]
+            ways.append(one[2])
+    assert len({way.settling_steps for way in ways}) > (3 if settling_steps else 0)
 
-    around = rd.directions.rendulic(step=45)
-    together = rd.probe(sheared, around, norm=5e-5, n_steps=200)
-    single = rd.probe(OneByOne(sheared), around, norm=5e-5, n_steps=200)
-    for name in ("d_sigma", "w2_normalised", "w2_contacts"):
-        assert_array_equal(together[name], single[name])
-    assert (together.identity_residual < 1e-12).all()
+
+def test_a_norm_gives_the_same_alone_and_in_a_sweep(sheared):
+    """The rate is the same for every norm, and what is held before it is read is a copy: to the rounding of the strain."""
+    around = rd.directions.rendulic(step=90)
+    alone = rd.probe(sheared, around, norm=2e-5, rate=1e-6)
+    sweep = rd.probe(sheared, around, norm=[2e-5, 4e-5], rate=1e-6).sel(norm=2e-5)
+    for name in ("d_sigma", "w2_macro", "settling_steps"):
+        np.testing.assert_allclose(alone[name], sweep[name], rtol=1e-6, err_msg=name)
 
 
 def test_divergence_is_told(packed):

@@ -652,7 +652,7 @@ def test_curves_are_complete():
 def test_edges_of_a_made_up_cone(middle, half, tolerance, kind):
     """Both edges within half the bracket that is returned, which is no wider than asked; also across 0 degrees."""
     made = single(middle, half)
-    cone = rd.instability_cone(made, kind=kind, tolerance=tolerance)
+    cone = rd.instability_cone(made, norm=5e-5, kind=kind, tolerance=tolerance)
     assert cone.tolerance <= tolerance
     assert len(cone.sectors) == 1
     first, last = cone.sectors[0]

@@ -67,7 +67,20 @@ def folder(tmp_path_factory, packed_state):
         (["probe", "good.h5", "--norm", "nan"], "norm must be finite everywhere"),
         (["probe", "good.h5", "--norm", "-1e-5"], "probe norms must be positive"),
         (
-            ["probe", "good.h5", "--norm", "1e-5", "--step", "180", "--n-steps", "5", "-q", "-o", "taken"],
+            [
+                "probe",
+                "good.h5",
+                "--norm",
+                "1e-5",
+                "--step",
+                "180",
+                "--rate",
+                "2e-6",
+                "--no-settle",
+                "-q",
+                "-o",
+                "taken",
+            ],
             "cannot write",
         ),
         (["reproduce", "fig99"], "unknown figure 'fig99': did you mean 'fig9'"),
@@ -98,7 +111,7 @@ def test_bad_input_is_one_line(run, folder, arguments, words):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["nonsense"], ["probe", "good.h5", "--n-steps", "0"], ["reproduce", "--workers", "0"], ["info"]]
+    "arguments", [["nonsense"], ["probe", "good.h5", "--step", "a"], ["reproduce", "--workers", "0"], ["info"]]
 )
 def test_wrong_usage_is_told(run, arguments):
     """Options the command line itself refuses: code 2, how to get help, no traceback."""
@@ -138,7 +151,21 @@ def test_info_says_what_a_state_is(run):
 def test_probe_writes_data_and_figure(run, tmp_path):
     """A sweep of two norms: one table, one figure, one line of result per norm."""
     out = tmp_path / "probes"
-    done = run("probe", "good.h5", "--norm", "2e-5", "--norm", "1e-5", "--step", "90", "--n-steps", "10", "-o", out)
+    done = run(
+        "probe",
+        "good.h5",
+        "--norm",
+        "2e-5",
+        "--norm",
+        "1e-5",
+        "--step",
+        "90",
+        "--rate",
+        "1e-6",
+        "--no-settle",
+        "-o",
+        out,
+    )
     assert done.returncode == 0, done.stderr
     assert sorted(p.name for p in out.iterdir()) == ["circular.pdf", "circular.png", "probes.nc"]
     from rendulic.io.tables import read_dataset

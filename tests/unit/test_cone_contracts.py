@@ -12,7 +12,7 @@ from fakes import single
 from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.cone_table import with_spread
 
-QUICK = {"norm": 1.0, "n_steps": 1, "workers": 1}
+QUICK = {"norm": 1.0, "workers": 1}
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,7 @@ def test_directions_that_leave_something_out(directions, words):
     with pytest.raises(InvalidInput, match=words):
         rd.instability_cone(made, directions, **QUICK)
     with pytest.raises(InvalidInput, match=words):
-        rd.cones_by_amplitude(made, [1.0, 2.0], directions, n_steps=1)
+        rd.cones_by_amplitude(made, [1.0, 2.0], directions)
     assert made.count == [0]
 
 
@@ -53,17 +53,17 @@ def test_directions_that_leave_something_out(directions, words):
 def test_sweeps_refuse(norms, options, words):
     """Norms that are no sweep, and a plateau or edges without tolerance."""
     with pytest.raises(InvalidInput, match=words):
-        rd.cones_by_amplitude(single(), norms, n_steps=1, **options)
+        rd.cones_by_amplitude(single(), norms, **options)
 
 
 def test_cones_of_probes_refuse():
     """Probes of several norms, on the sphere, or not all around have no one cone; at one norm they have."""
-    probes = rd.probe(single(), rd.directions.rendulic(step=30), norm=[1.0, 2.0], n_steps=1)
+    probes = rd.probe(single(), rd.directions.rendulic(step=30), norm=[1.0, 2.0])
     with pytest.raises(InvalidInput, match=r"got dimensions .*norm.*probes\.sel\(norm=\.\.\.\)"):
         rd.cone_of(probes)
     assert len(rd.cone_of(probes.sel(norm=2.0)).sectors) == 1
     with pytest.raises(InvalidInput, match="Rendulic plane at one norm, got dimensions direction"):
-        rd.cone_of(rd.probe(single(), rd.directions.sphere(20), norm=1.0, n_steps=1))
+        rd.cone_of(rd.probe(single(), rd.directions.sphere(20), norm=1.0))
     with pytest.raises(InvalidInput, match="the widest gap is 300 degrees"):
         rd.cone_of(probes.sel(norm=1.0, alpha=[0.0, 30.0, 60.0]))
 
@@ -143,7 +143,7 @@ def test_a_figure_of_cones_shows_every_sector():
 
 def test_figures_of_sweeps_and_maps_show_directions_and_first_ratio():
     """About the cone where it is in one piece, all around where it lies across 0; the first ratio in words."""
-    sweep = rd.cones_by_amplitude(single(132.0), [1.0, 2.0, 4.0], n_steps=1, workers=1)
+    sweep = rd.cones_by_amplitude(single(132.0), [1.0, 2.0, 4.0], workers=1)
     figure = rd.figures.amplitude({"sand": sweep})
     assert figure.axes[1].get_ylim() == (90.0, 180.0)
     assert "plateau from 1 to 4" in [text.get_text() for text in figure.axes[0].texts]

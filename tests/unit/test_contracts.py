@@ -197,9 +197,12 @@ def test_quasi_static_settings_are_checked(change):
         ({"norm": [1e-5, 1e-5]}, "probe norms must be positive and increasing"),
         ({"norm": []}, "probe norms"),
         ({"norm": "a"}, "norm must be an array of numbers"),
-        ({"n_steps": 0}, "n_steps must be a whole number of at least 1, got 0"),
-        ({"n_steps": 10.5}, "n_steps must be a whole number of at least 1"),
-        ({"n_steps": np.nan}, "n_steps must be a whole number"),
+        ({"rate": 0.0}, "rate must be a positive number in strain per step, got 0.0"),
+        ({"rate": np.nan}, "rate must be a positive number"),
+        ({"n_steps": 10}, "give the rate or n_steps, not both"),
+        ({"rate": None, "n_steps": 10.5}, "n_steps must be a whole number of at least 1"),
+        ({"norm": None, "kind": "stress"}, "stress probes have no default size"),
+        ({"norm": 1e-2, "rate": 1e-10}, "takes 1e\\+08 steps, more than"),
         ({"kind": "strian"}, "unknown kind of probe 'strian': did you mean 'strain'"),
         ({"workers": 0}, "workers must be a whole number of at least 1, got 0"),
     ],
@@ -207,7 +210,7 @@ def test_quasi_static_settings_are_checked(change):
 def test_probe_refuses(packed, change, words):
     """Bad norms, counts and kinds, before anything is computed."""
     with pytest.raises(InvalidInput, match=words):
-        rd.probe(packed, rd.directions.rendulic(step=180), **{"norm": 1e-5, "n_steps": 5} | change)
+        rd.probe(packed, rd.directions.rendulic(step=180), **{"norm": 1e-5, "rate": 2e-6, "settle": False} | change)
 
 
 @pytest.mark.parametrize(
@@ -284,12 +287,12 @@ def test_coordination_of_a_known_arrangement():
 
 def test_probe_data_are_labelled(packed):
     """Every variable has units or is a verdict, dimensions have names, and a sweep has the norms."""
-    probes = rd.probe(packed, rd.directions.rendulic(step=90), norm=[1e-5, 2e-5], n_steps=20)
+    probes = rd.probe(packed, rd.directions.rendulic(step=90), norm=[1e-5, 2e-5], rate=5e-07, settle=False)
     assert dict(probes.sizes) == {"norm": 2, "alpha": 4, "component": 3, "contact_class": 5}
     for name, variable in probes.data_vars.items():
         assert "long_name" in variable.attrs, name
         assert "units" in variable.attrs or variable.dtype == bool, name
-    assert probes.attrs["n_steps"] == 40
+    assert probes.attrs["rate"] == 5e-7
     np.testing.assert_allclose(
         probes.d_eps.sel(norm=2e-5), rd.directions.rendulic(90).increments(2e-5), rtol=0, atol=1e-15
     )

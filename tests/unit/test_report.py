@@ -158,7 +158,7 @@ def test_cones_are_drawn_from_edge_to_edge():
     """A bar for each sector, and a turn lower too where it goes beyond 360 degrees; the table says them."""
     sand = rd.ChangHicher().at(pressure=300e3, void_ratio=0.9)
     sand.load(rd.paths.drained_triaxial(0.3, until_eta=1.0))
-    found = rd.instability_cone(sand, rd.directions.rendulic(10), 1e-7, 1)
+    found = rd.instability_cone(sand, rd.directions.rendulic(10), 1e-7)
     ((low, high),) = found.strain_sectors
     turned = replace(found, strain_sectors=((350.0, 385.0),))
     figure, table = drawn("cones", {"": cones({"a": found, "b": turned})})

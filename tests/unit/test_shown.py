@@ -37,14 +37,14 @@ def results(sand, sheared_state, work):
     probed.probe(np.array([1e-4, 0.0, 0.0]), 200)
     other = sand.clone()
     return {
-        "cone": rd.instability_cone(sand, rd.directions.rendulic(30), 1e-7, 1),
+        "cone": rd.instability_cone(sand, rd.directions.rendulic(30), 1e-7),
         "work": work,
         "snapshot": sample.snapshot(),
-        "probes": rd.probe(sand, rd.directions.rendulic(30), 1e-7, 1),
-        "sizes": rd.probe(sand, rd.directions.rendulic(30), [1e-7, 2e-7], 1),
-        "sphere": rd.probe(sand, rd.directions.sphere(30), 1e-7, 1),
+        "probes": rd.probe(sand, rd.directions.rendulic(30), 1e-7),
+        "sizes": rd.probe(sand, rd.directions.rendulic(30), [1e-7, 2e-7]),
+        "sphere": rd.probe(sand, rd.directions.sphere(30), 1e-7),
         "bursts": rd.bursts(sand, rd.directions.rendulic(90), 1e-9, 1),
-        "map": rd.bifurcation_map({0.0: sand.clone()}, rd.directions.rendulic(30), 1e-7, 1),
+        "map": rd.bifurcation_map({0.0: sand.clone()}, rd.directions.rendulic(30), 1e-7),
         "anatomy": rd.anatomy(sample.snapshot(), probed.snapshot()),
         "test": other.load(rd.paths.constant_volume(0.01)),
         "loading": sample.load(rd.paths.drained_triaxial(until_strain=0.0111), speed=rd.dem.QuasiStatic(1e-3)),

@@ -272,7 +272,7 @@ def test_tables_round_trip(packed, tmp_path):
     """Probe data come back from NetCDF as they were, and a truncated file is corrupt."""
     from rendulic.io.tables import read_dataset, write_dataset
 
-    probes = rd.probe(packed, rd.directions.rendulic(step=180), norm=[1e-5, 2e-5], n_steps=5)
+    probes = rd.probe(packed, rd.directions.rendulic(step=180), norm=[1e-5, 2e-5], rate=2e-6, settle=False)
     path = write_dataset(probes, tmp_path / "probes.nc")
     back = read_dataset(path)
     for name in probes.variables:

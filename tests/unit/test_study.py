@@ -124,7 +124,7 @@ def tiny(seed=2, eta=(0.1,), axial_strain=0.01, contact=None, **others):
     return Study.model_validate(
         {
             "specimen": [grains],
-            "probes": [{"name": "circle", "step_deg": 30.0, "norms": (5e-5, 1e-4), "n_steps": 50}],
+            "probes": [{"name": "circle", "step_deg": 30.0, "norms": (5e-5, 1e-4), "rate": 1e-06, "settle": False}],
             "figures": {"draw": FIGURES, "diagram_norm": 1e-4},
         }
         | others
@@ -236,8 +236,28 @@ def test_only_what_the_figures_need(tmp_path, done):
 @pytest.mark.parametrize(
     ("changes", "anew"),
     [
-        ({"probes": [{"name": "circle", "step_deg": 30.0, "norms": (5e-5, 1e-4), "n_steps": 51}]}, {"probes"}),
-        ({"probes": [{"name": "other_name", "step_deg": 30.0, "norms": (5e-5, 1e-4), "n_steps": 50}]}, set()),
+        (
+            {
+                "probes": [
+                    {
+                        "name": "circle",
+                        "step_deg": 30.0,
+                        "norms": (5e-5, 1e-4),
+                        "rate": 9.803921569e-07,
+                        "settle": False,
+                    }
+                ]
+            },
+            {"probes"},
+        ),
+        (
+            {
+                "probes": [
+                    {"name": "other_name", "step_deg": 30.0, "norms": (5e-5, 1e-4), "rate": 1e-06, "settle": False}
+                ]
+            },
+            set(),
+        ),
         ({"axial_strain": 0.011}, {"state", "probes"}),
         ({"seed": 3}, {"packing", "state", "probes"}),
         ({"contact": {"friction": 0.6}}, {"packing", "state", "probes"}),

@@ -42,9 +42,7 @@ def virgin():
 @pytest.fixture(scope="module")
 def found(sand, virgin):
     """A cone, and none."""
-    return {
-        name: rd.instability_cone(state, norm=1e-7, n_steps=1) for name, state in (("eta = 1", sand), ("made", virgin))
-    }
+    return {name: rd.instability_cone(state, norm=1e-7) for name, state in (("eta = 1", sand), ("made", virgin))}
 
 
 def table_of_cones(smallest, edges, uncertainty=0.5):

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from rendulic.cli.progress import stages
+from rendulic.loading.rate import STRAIN_PER_STEP
 
 __all__ = ["probe"]
 
@@ -16,31 +17,37 @@ def probe(
     state: Annotated[Path, typer.Argument(help="A state file (.h5), or grains of Yade (.npz).")],
     norm: Annotated[list[float] | None, typer.Option(help="Norm of the strain increment; repeat for a sweep.")] = None,
     step: Annotated[float, typer.Option(help="Angle between directions in degrees.")] = 10.0,
-    n_steps: Annotated[int, typer.Option(min=1, help="Time steps up to the smallest norm; for grains.")] = 5000,
+    rate: Annotated[float, typer.Option(min=0.0, help="Strain per time step; for grains.")] = STRAIN_PER_STEP,
+    settle: Annotated[bool, typer.Option(help="Hold the walls until the grains are at rest, then read.")] = True,
+    check_rate: Annotated[
+        bool, typer.Option(help="Probe at half the rate, too; the change is part of the error.")
+    ] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for data and figures.")] = Path("probes"),
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core if not given.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, only the result.")] = False,
 ) -> None:
     """Probe a state in all directions of the Rendulic plane and draw its circular diagram.
 
-    Example: rendulic probe demo/paper_seed_1/state_eta_0.480.h5 --norm 5e-5 --norm 2e-4 --step 20 --n-steps 1000 -o demo/again
+    Example: rendulic probe demo/paper_seed_1/state_eta_0.480.h5 --norm 5e-5 --norm 2e-4 --step 20 -o demo/again
     """
     from rendulic import figures
     from rendulic.cli.specimens import read_specimen
     from rendulic.foundation.whole_file import writable_folder
     from rendulic.io.tables import write_dataset
     from rendulic.loading import directions
-    from rendulic.probing.probe import probe as run_probes
+    from rendulic.probing.probe import doubts, probes_of
     from rendulic.tensors.invariants import stress_ratio
 
     sample = read_specimen(state)
     writable_folder(output)
     with stages(quiet) as stage:
-        probes = run_probes(
+        probes = probes_of(
             sample,
             directions.rendulic(step),
             sorted(norm or [5e-5]),
-            n_steps,
+            rate=rate,
+            settle=settle,
+            check_rate=check_rate,
             workers=workers,
             progress=stage("probes"),
         )
@@ -53,12 +60,14 @@ def probe(
         one = probes.sel(norm=value)
         worst = one.isel(alpha=int(one.w2_normalised.argmin("alpha")))
         typer.echo(
-            f"norm {value:g}: smallest W2n {float(worst.w2_normalised):+.4f} at {float(worst.alpha):.0f} degrees "
-            f"({'significant' if bool(worst.is_significant) else 'within the drift of the null probe'})"
+            f"norm {value:g}: smallest W2n {float(worst.w2_normalised):+.4f} +/- {float(worst.w2_normalised_error):.2g} at "
+            f"{float(worst.alpha):.0f} degrees ({'the sign is sure' if bool(worst.is_significant) else 'the sign is not sure'})"
             + (
                 f", largest identity residual {float(one.identity_residual.max()):.0e}"
                 if "identity_residual" in one
                 else ""
             )
         )
+    for sentence in doubts(probes):
+        typer.echo(f"Warning: {sentence}.", err=True)
     typer.echo(f"written to {output}")

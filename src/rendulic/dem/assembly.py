@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Self, TypeVar
 
 from rendulic.dem.drive import burst, lanes, loading
@@ -20,6 +21,7 @@ from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.paths import Path
 from rendulic.specimen.snapshot import Snapshot
 from rendulic.specimen.state import State
+from rendulic.specimen.way import Way
 from rendulic.specimen.window import Window
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["Assembly"]
 
 Reading = TypeVar("Reading")
+RATE_CAP = 0.1  # of the servo of stress probes, 1/s
 
 
 class Assembly(SteppedState):
@@ -144,7 +147,7 @@ class Assembly(SteppedState):
         kind: str = "strain",
         marks: tuple[float, ...] = (1.0,),
         on_mark: Callable[[float], None] | None = None,
-        rate_cap: float = 0.1,
+        rate_cap: float = RATE_CAP,
     ) -> None:
         """Impose a principal increment (3,) at constant rate over `n_steps` steps of the present size, in place.
 
@@ -167,18 +170,30 @@ class Assembly(SteppedState):
         increments,
         n_steps: int,
         *,
+        kind: str,
         marks: Sequence[float],
-        read: Callable[[Self], Reading],
+        settling_steps: int,
+        read: Callable[[Self, Way], Reading],
         workers: int,
         on_done: Callable[[int], None],
     ) -> list[list[Reading]]:
-        """Impose principal strain increments (m, 3), each on a copy, side by side on `workers` threads.
+        """Impose principal increments (m, 3), each on a copy, side by side on `workers` threads.
 
-        What `read` returned for each copy at each of the increasing `marks` (fractions), by increment, then mark.
-        `on_done` is called with the number of increments finished since the last call. The number of `workers` changes
+        What `read` returned at each of the increasing `marks` (fractions), by increment, then mark: of a copy whose walls
+        were held for at most `settling_steps` steps until it was at rest, with the `Way` there. What is probed goes on from the
+        mark itself. `on_done` is called with the number of increments finished since the last call. The number of `workers` changes
         no result.
         """
-        return lanes.probe_in_lanes(self, increments, n_steps, marks, read, workers, on_done)
+        if kind == "strain":
+            return lanes.probe_in_lanes(self, increments, n_steps, marks, settling_steps, read, workers, on_done)
+
+        def follow(increment) -> list[Reading]:
+            readings = loading.probe_alone(self, increment, n_steps, kind, marks, settling_steps, read, RATE_CAP)
+            on_done(1)
+            return readings
+
+        with ThreadPoolExecutor(max_workers=workers) as pool:
+            return list(pool.map(follow, increments))
 
     def burst(
         self,

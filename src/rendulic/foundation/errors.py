@@ -10,6 +10,7 @@ __all__ = [
     "ComingChange",
     "CorruptFile",
     "DidNotConverge",
+    "DoubtfulResult",
     "InvalidInput",
     "NotEquilibrated",
     "RendulicError",
@@ -46,6 +47,10 @@ class CorruptFile(RendulicError):
 
 class ComingChange(FutureWarning):
     """What works now, and will not in the next version; the warning says what to write instead."""
+
+
+class DoubtfulResult(UserWarning):
+    """A result that may not say what it seems to; the warning says why, and what to do."""
 
 
 @contextmanager

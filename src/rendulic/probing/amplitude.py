@@ -13,6 +13,7 @@ from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions
 from rendulic.probing.cone import cone_of, probe_to_edges
 from rendulic.probing.cone_table import cone_table
+from rendulic.probing.probe import warn_of_doubts
 from rendulic.specimen.protocol import Specimen
 
 if TYPE_CHECKING:
@@ -28,8 +29,11 @@ def cones_by_amplitude(
     specimen: Specimen,
     norms: Sequence[float],
     directions: Directions | None = None,
-    n_steps: int = 5000,
+    n_steps: int | None = None,
     *,
+    rate: float | None = None,
+    settle: bool = True,
+    check_rate: bool = False,
     kind: str = "strain",
     tolerance: float = 0.5,
     refine_smallest: bool = False,
@@ -50,10 +54,8 @@ def cones_by_amplitude(
         At rest; left as it was.
     norms : increasing sequence of float
         Strains, or Pa for `kind="stress"`; a few per decade.
-    directions, kind, tolerance, refine_smallest, workers, progress
+    directions, rate, settle, check_rate, kind, tolerance, refine_smallest, workers, progress, n_steps
         As for `rd.instability_cone`.
-    n_steps : int
-        Steps up to the smallest norm; larger norms take proportionally more.
     change : float
         Of the smallest W2n, which lies in [-1, 1].
 
@@ -75,9 +77,10 @@ def cones_by_amplitude(
         raise InvalidInput(f"a dependence on amplitude needs two norms or more, got {norms!r}")
     change = positive_number("change of the smallest W2n within a plateau", change)
     probed = probe_to_edges(
-        specimen, directions, sizes.tolist(), n_steps, kind=kind, tolerance=tolerance,
-        refine_smallest=refine_smallest, workers=workers, progress=progress,
+        specimen, directions, sizes.tolist(), rate=rate, settle=settle, check_rate=check_rate, kind=kind, tolerance=tolerance,
+        refine_smallest=refine_smallest, workers=workers, progress=progress, n_steps=n_steps,
     )  # fmt: skip
+    warn_of_doubts(probed)
     return amplitude_table(probed, change)
 
 
@@ -108,7 +111,7 @@ def amplitude_table(probed: xr.Dataset, change: float = 0.05) -> xr.Dataset:
     nowhere = float("nan")
     return table.assign_attrs(
         kind=probed.attrs["kind"],
-        n_steps=probed.attrs["n_steps"],
+        rate=probed.attrs.get("rate", nowhere),
         plateau_from=float(sizes[inside][0]) if inside.any() else nowhere,
         plateau_to=float(sizes[inside][-1]) if inside.any() else nowhere,
         plateau_w2n=float(table.smallest_w2n.values[inside].mean()) if inside.any() else nowhere,

@@ -73,8 +73,8 @@ def bifurcation_map(
     states: Mapping[float, MaybeSpecimen | Sequence[MaybeSpecimen]]
     | Iterable[tuple[float, MaybeSpecimen | Sequence[MaybeSpecimen]]],
     directions: Directions | None = None,
-    norm: float = 5e-5,
-    n_steps: int = 5000,
+    norm: float | None = None,
+    n_steps: int | None = None,
     *,
     labels: Sequence[Any] | None = None,
     refine_smallest: bool = True,
@@ -113,7 +113,7 @@ def bifurcation_map(
     >>> import rendulic as rd
     >>> sand = rd.ChangHicher().at(pressure=300e3, void_ratio=0.9)
     >>> drained = lambda eta: rd.paths.drained_triaxial(0.3, until_eta=eta)
-    >>> table = rd.bifurcation_map(rd.states_along(sand, drained, [0.8, 0.9, 1.0]), norm=1e-7, n_steps=1)
+    >>> table = rd.bifurcation_map(rd.states_along(sand, drained, [0.8, 0.9, 1.0]), norm=1e-7)
     >>> round(float(table.first_eta[0]), 2), table.first_eta_reason.item()
     (0.89, 'found')
     """
@@ -135,7 +135,8 @@ def bifurcation_map(
     table = map_of(rows, labels)
     about = {"long_name": "stress ratio of the state that was probed", "units": "1"}
     table["measured_eta"] = (("eta", "specimen"), np.array([measured[eta] for eta in table.eta.values]), about)
-    return table.assign_attrs(norm=norm, n_steps=n_steps)
+    some = next((cone.probes for row in rows.values() for cone in row if cone is not None), None)
+    return table if some is None else table.assign_attrs(norm=float(some.norm), rate=some.attrs["rate"])
 
 
 def map_of(cones: Mapping[float, Sequence[Cone | None]], labels: Sequence[Any] | None = None) -> xr.Dataset:

@@ -16,7 +16,7 @@ from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, axisymmetric
 from rendulic.probing.cone import Cone
 from rendulic.probing.edges import NEAR_EDGE
-from rendulic.probing.probe import probe
+from rendulic.probing.probe import probes_of
 from rendulic.probing.second_order_work import second_order_work
 from rendulic.specimen.protocol import CanBurst, Specimen
 from rendulic.specimen.window import Window
@@ -160,7 +160,7 @@ def bursts(
 
     around = np.array(directions.alpha)
     both = np.unique(np.concatenate((around, (around + 180.0) % 360.0)))
-    probed = probe(specimen, axisymmetric(both), norm, n_steps, workers=workers, progress=on_probe)
+    probed = probes_of(specimen, axisymmetric(both), norm, rate=norm / n_steps, workers=workers, progress=on_probe)
     opposite = probed.w2_normalised.sel(alpha=(around + 180.0) % 360.0).values
     probed = probed.sel(alpha=around)
     lasting = _lasting(specimen, probed, norm, n_steps, workers)
@@ -215,7 +215,7 @@ def _lasting(specimen: Specimen, probed: xr.Dataset, norm: float, n_steps: int, 
     if len(negative):
         further = axisymmetric(probed.alpha.values[negative])
         sizes = [norm * share for share in LASTS]
-        followed = probe(specimen, further, sizes, n_steps, workers=workers).w2_normalised
+        followed = probes_of(specimen, further, sizes, rate=norm / n_steps, workers=workers).w2_normalised
         largest[negative] = np.fmax(followed.max("norm").values, largest[negative])
     return largest
 

@@ -13,6 +13,7 @@ from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.notebooks import Shown
 from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions, axisymmetric, rendulic
+from rendulic.loading.rate import norms_of, rate_of
 from rendulic.probing.edges import (
     ROUNDING,
     Edge,
@@ -31,7 +32,7 @@ from rendulic.probing.edges import (
     unknown_between,
     wrap,
 )
-from rendulic.probing.probe import probe
+from rendulic.probing.probe import probes_of, warn_of_doubts
 from rendulic.probing.refinement import probes_wanted
 from rendulic.specimen.protocol import Specimen
 from rendulic.tensors.rendulic_plane import direction_of
@@ -202,9 +203,12 @@ def _unknown_in_words(sectors: Sectors, unit: str) -> str:
 def instability_cone(
     specimen: Specimen,
     directions: Directions | None = None,
-    norm: float = 5e-5,
-    n_steps: int = 5000,
+    norm: float | None = None,
+    n_steps: int | None = None,
     *,
+    rate: float | None = None,
+    settle: bool = True,
+    check_rate: bool = False,
     kind: str = "strain",
     tolerance: float = 0.5,
     refine_smallest: bool = False,
@@ -226,7 +230,7 @@ def instability_cone(
         At rest.
     directions : Directions, optional
         Every 10 degrees by default.
-    norm, n_steps, kind, workers, progress
+    norm, rate, settle, check_rate, kind, workers, progress, n_steps
         As for `rd.probe`.
     tolerance : float
         Degrees.
@@ -244,18 +248,23 @@ def instability_cone(
         If the directions leave a gap of more than 60 degrees.
     """
     probed = probe_to_edges(
-        specimen, directions, positive_number("norm", norm), n_steps, kind=kind, tolerance=tolerance,
-        refine_smallest=refine_smallest, workers=workers, progress=progress,
+        specimen, directions, None if norm is None else positive_number("norm", norm), rate=rate, settle=settle,
+        check_rate=check_rate, kind=kind, tolerance=tolerance, refine_smallest=refine_smallest, workers=workers,
+        progress=progress, n_steps=n_steps,
     )  # fmt: skip
+    warn_of_doubts(probed)
     return cone_of(probed)
 
 
 def probe_to_edges(
     specimen: Specimen,
     directions: Directions | None,
-    norm: float | Sequence[float],
-    n_steps: int,
+    norm: float | Sequence[float] | None,
+    n_steps: int | None = None,
     *,
+    rate: float | None = None,
+    settle: bool = True,
+    check_rate: bool = False,
     kind: str = "strain",
     tolerance: float = 0.5,
     refine_smallest: bool = False,
@@ -279,9 +288,14 @@ def probe_to_edges(
         )
     around = np.unique(np.array((directions or rendulic()).alpha) % 360.0)
     _check_all_around(around)
+    norms = norms_of(norm, kind)
+    rate = rate_of(rate, n_steps, norms, kind, float(np.trace(specimen.stress)) / 3.0)
     probed, wanted = None, around
     while len(wanted):
-        more = probe(specimen, axisymmetric(wanted), norm, n_steps, kind=kind, workers=workers, progress=progress)
+        more = probes_of(
+            specimen, axisymmetric(wanted), norm, rate=rate, settle=settle, check_rate=check_rate, kind=kind, workers=workers,
+            progress=progress,
+        )  # fmt: skip
         if probed is not None:
             more = xr.concat([probed, more], "alpha", data_vars="minimal", coords="minimal", compat="override")
         probed = more.sortby("alpha")

@@ -22,8 +22,8 @@ __all__ = ["cone_ensemble"]
 def cone_ensemble(
     specimens: Iterable[Specimen],
     directions: Directions | None = None,
-    norm: float = 5e-5,
-    n_steps: int = 5000,
+    norm: float | None = None,
+    n_steps: int | None = None,
     *,
     labels: Sequence[Any] | None = None,
     **options: Any,
@@ -63,7 +63,7 @@ def cone_ensemble(
     --------
     >>> import rendulic as rd
     >>> sands = (rd.ChangHicher(tan_phi_mu=t).at(pressure=300e3, void_ratio=0.9) for t in (0.6, 0.65, 0.7))
-    >>> table = rd.cone_ensemble(sands, norm=1e-7, n_steps=1)
+    >>> table = rd.cone_ensemble(sands, norm=1e-7)
     >>> table.sizes["specimen"], float(table.unstable_share)
     (3, 0.0)
     """
@@ -76,4 +76,4 @@ def cone_ensemble(
     cones = np.empty(len(found), dtype=object)
     cones[:] = found
     table = with_spread(cone_table(cones, {"specimen": labels}))
-    return table.assign_attrs(norm=norm, n_steps=n_steps, kind=found[0].kind)
+    return table.assign_attrs(norm=float(found[0].probes.norm), rate=found[0].probes.attrs["rate"], kind=found[0].kind)

@@ -82,5 +82,5 @@ def probes_of_snapshots(
         np.array([float(np.median(size))]),
         True,
         "strain",
-        0,
+        np.diag(before.wall_stress),
     )

@@ -10,6 +10,7 @@ import numpy as np
 from rendulic.loading.paths import Path
 from rendulic.specimen.snapshot import Snapshot
 from rendulic.specimen.state import State
+from rendulic.specimen.way import Way
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,20 +90,23 @@ class CanBurst(Protocol):
 
 @runtime_checkable
 class ProbesTogether(Protocol):
-    """A specimen that can take many strain probes of its present state faster together than one by one."""
+    """A specimen with inertia, which is held until it is at rest before a probe is read, and takes many probes together."""
 
     def probe_together(
         self,
         increments: np.ndarray,
         n_steps: int,
         *,
+        kind: str,
         marks: Sequence[float],
-        read: Callable[[Specimen], Reading],
+        settling_steps: int,
+        read: Callable[[Specimen, Way], Reading],
         workers: int,
         on_done: Callable[[int], None],
     ) -> list[list[Reading]]:
-        """Impose principal strain increments (m, 3), each on a copy; what `read` gave, by increment and mark.
+        """Impose principal increments (m, 3), each on a copy; what `read` gave, by increment and mark.
 
-        `read` is called with the copy at each of the increasing `marks`; `on_done` with the number of
+        At each of the increasing `marks`, a copy of the copy is held for at most `settling_steps` until it is at rest, and
+        given to `read` with its `Way`; 0 reads it while it moves. `on_done` is called with the number of
         increments finished since the last call. The number of `workers` changes no result.
         """

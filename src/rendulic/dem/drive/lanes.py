@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from typing import Generic, TypeVar
 
 import numpy as np
 
+from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK
+from rendulic.dem.drive.settling import Watch, is_settled, looks
 from rendulic.dem.kernels.arrays import (
     Contacts,
     Grains,
@@ -23,6 +26,7 @@ from rendulic.dem.kernels.layout import CONTACT, GRAIN, LANE, LANE_ROWS, N_CONTA
 from rendulic.dem.state.assembly_state import AssemblyState, copy_of
 from rendulic.dem.state.margins import widened
 from rendulic.dem.state.neighbours import find_contacts
+from rendulic.specimen.way import Way
 
 __all__ = ["Lanes", "batches", "probe_in_lanes"]
 
@@ -138,6 +142,37 @@ class Lanes(Generic[AnyAssembly]):
             n_steps=base.n_steps + self.n_steps, time=base.time + self.n_steps * base.time_step,
         )  # fmt: skip
 
+    def only(self, chosen: Sequence[int], hold: bool = False) -> Lanes[AnyAssembly]:
+        """An independent copy of some lanes, in the narrowest kernel that holds them; `hold` stops their walls."""
+        width = width_for(len(chosen))
+        copied = [*chosen, *[chosen[0]] * (width - len(chosen))]
+        other, arrays = copy(self), self.arrays
+        n, n_contacts, n_walls = len(arrays.radius), len(arrays.first), len(arrays.wall)
+
+        def of(values: np.ndarray, *shape: int) -> np.ndarray:
+            taken = aligned(int(np.prod(shape)) * width)
+            taken.reshape(*shape, width)[:] = values.reshape(*shape, self.width)[..., copied]
+            return taken
+
+        other.arrays = arrays._replace(
+            state=of(arrays.state, n, N_LANE), held=of(arrays.held, n_contacts, N_CONTACT),
+            wall_held=of(arrays.wall_held, n_walls).reshape(n_walls, width),
+            **{
+                name: getattr(arrays, name)[:, copied].copy()
+                for name in ("wall_position", "wall_origin", "wall_force", "wall_stiffness")
+            },
+        )  # fmt: skip
+        other.width, other.n_used = width, len(chosen)
+        other.rates = np.zeros((3, width)) if hold else self.rates[:, copied].copy()
+        return other
+
+    def stop_rattlers(self, lane: int, stopped: AnyAssembly) -> None:
+        """Give a lane the velocities of its specimen, some of whose grains were stopped."""
+        own = self.arrays.state.reshape(len(self.base), N_LANE, self.width)
+        for name, values in (("velocity", stopped.grains.velocity), ("spin", stopped.grains.angular_velocity)):
+            start = getattr(LANE, name)
+            own[:, start : start + 3, lane] = values
+
     def _rebuild(self) -> None:
         """Candidate pairs of the present positions of all lanes, with the history of closed contacts."""
         arrays, width = self.arrays, self.width
@@ -172,7 +207,8 @@ def probe_in_lanes(
     increments: np.ndarray,
     n_steps: int,
     marks: Sequence[float],
-    read: Callable[[AnyAssembly], Reading],
+    settling_steps: int,
+    read: Callable[[AnyAssembly, Way], Reading],
     workers: int,
     on_done: Callable[[int], None],
 ) -> list[list[Reading]]:
@@ -186,15 +222,43 @@ def probe_in_lanes(
     def follow(batch: range) -> list[list[Reading]]:
         lanes = Lanes(assembly, rates[batch.start : batch.stop])
         readings: list[list[Reading]] = [[] for _ in range(lanes.n_used)]
+        watches = [Watch(assembly) for _ in readings]
         done = 0
         for mark in marks:
             upto = round(mark * n_steps)
-            lanes.advance(upto - done)
+            for n_more in looks(upto - done):
+                lanes.advance(n_more)
+                for lane, watch in enumerate(watches):
+                    watch.look(lanes.assembly(lane))
             done = upto
-            for lane, own in enumerate(readings):
-                own.append(read(lanes.assembly(lane)))
+            for lane, (one, held) in enumerate(_settled(lanes, settling_steps)):
+                readings[lane].append(read(one, watches[lane].way(one, held, done)))
         on_done(lanes.n_used)
         return readings
 
     with ThreadPoolExecutor(max_workers=workers) as pool:
         return [reading for batch in pool.map(follow, batches(len(rates), workers)) for reading in batch]
+
+
+def _settled(lanes: Lanes[AnyAssembly], max_steps: int) -> list[tuple[AnyAssembly, int]]:
+    """The specimens of all lanes with walls held until each is at rest, and the steps of that; the lanes stay as they are."""
+    if max_steps == 0:
+        return [(lanes.assembly(lane), 0) for lane in range(lanes.n_used)]
+    found: dict[int, tuple[AnyAssembly, int]] = {}
+    left, held, done = list(range(lanes.n_used)), lanes.only(range(lanes.n_used), hold=True), 0
+    while left:
+        moving = []
+        for place, lane in enumerate(left):
+            one = held.assembly(place)
+            if is_settled(one) or done >= max_steps:
+                found[lane] = one, done
+            else:
+                held.stop_rattlers(place, one)
+                moving.append(place)
+        if len(moving) < len(left):
+            left = [left[place] for place in moving]
+            held = held.only(moving) if moving else held
+        if left:
+            held.advance(STEPS_PER_LOOK)
+            done += STEPS_PER_LOOK
+    return [found[lane] for lane in range(lanes.n_used)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import ceil
 from typing import TYPE_CHECKING, TypeVar
 
@@ -12,23 +12,26 @@ from rendulic.dem.drive.masses import scaled_inertia
 from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic, advance_and_measure
 from rendulic.dem.drive.rest import bring_to_rest
 from rendulic.dem.drive.servo import drive_for, hold
+from rendulic.dem.drive.settling import Watch, looks, settled_copy
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.measure.equilibrium import unbalanced_force
 from rendulic.dem.measure.inertial_number import strain_rate_of
-from rendulic.dem.state.assembly_state import AssemblyState
+from rendulic.dem.state.assembly_state import AssemblyState, copy_of
 from rendulic.foundation.checks import finite_array, increasing_fractions, positive_number, whole_number
 from rendulic.foundation.errors import one_of
 from rendulic.foundation.progress import Progress
 from rendulic.loading.paths import Path
 from rendulic.specimen.curve import CurveRecorder
+from rendulic.specimen.way import Way
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["load", "probe"]
+__all__ = ["load", "probe", "probe_alone"]
 
 AnyAssembly = TypeVar("AnyAssembly", bound=AssemblyState)
+Reading = TypeVar("Reading")
 
 ETA_TOLERANCE = 0.005  # of a stress ratio at rest
 LEAST_PEAK = 0.05  # change of q, in mean stresses, below which there is no peak to speak of
@@ -154,11 +157,12 @@ def probe(
     marks: tuple[float, ...],
     on_mark: Callable[[float], None] | None,
     rate_cap: float,
+    on_look: Callable[[], None] | None = None,
 ) -> None:
     """Impose a principal increment (3,) at constant rate, in place; options are those of `Assembly.probe`.
 
     Strains are imposed by exact kinematics, stresses by the servo. The time step is the present one, fixed, and the damping
-    the assembly's own.
+    the assembly's own. `on_look` is called every hundred steps, and before each mark.
     """
     one_of(kind, ("strain", "stress"), "kind of probe")
     increment = finite_array("increment", increment, (3,))
@@ -173,7 +177,36 @@ def probe(
     done = 0
     for mark in marks:
         upto = round(mark * n_steps)
-        advance(assembly, upto - done, drive)
+        for n_more in looks(upto - done) if on_look else (upto - done,):
+            advance(assembly, n_more, drive)
+            if on_look is not None:
+                on_look()
         done = upto
         if on_mark is not None:
             on_mark(mark)
+
+
+def probe_alone(
+    assembly: AnyAssembly,
+    increment,
+    n_steps: int,
+    kind: str,
+    marks: Sequence[float],
+    settling_steps: int,
+    read: Callable[[AnyAssembly, Way], Reading],
+    rate_cap: float,
+) -> list[Reading]:
+    """Impose a principal increment (3,) on a copy, and read it at each mark, with walls held until it is at rest."""
+    one = copy_of(assembly)
+    watch = Watch(assembly)
+    readings: list[Reading] = []
+
+    def on_mark(share: float) -> None:
+        settled, held = settled_copy(one, settling_steps)
+        readings.append(read(settled, watch.way(settled, held, round(share * n_steps))))
+
+    probe(
+        one, increment, n_steps, kind, tuple(marks), on_mark, rate_cap,
+        on_look=lambda: watch.look(one),
+    )  # fmt: skip
+    return readings

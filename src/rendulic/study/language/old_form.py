@@ -8,11 +8,13 @@ from typing import Any
 import tomlkit
 
 from rendulic.foundation.errors import InvalidInput
+from rendulic.loading.rate import NORM
 
-__all__ = ["is_old_form", "new_form", "new_text"]
+__all__ = ["had_steps", "is_old_form", "new_form", "new_text", "with_rates"]
 
 OLD_SECTIONS = ("packing", "test", "material", "model", "contact", "loading")
 SETS = ("probes", "cones", "bursts")
+HAD_STEPS = (*SETS, "stress_probes")
 
 
 def is_old_form(table: Mapping[str, Any]) -> bool:
@@ -101,6 +103,36 @@ def _sands(table: Mapping[str, Any]) -> tuple[list[dict[str, Any]], list[dict[st
         own["name"] = str(own.pop("name")).replace(".", "_")
         paths.append({"name": own.pop("name"), "specimens": [name], "void_ratios": [void_ratio], **own})
     return list(sands.values()), paths
+
+
+def with_rates(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A study's table in which probes have a rate where they had `n_steps` up to the smallest of their norms.
+
+    Entries that are wrong in other ways stay as they are: they are refused by name later.
+    """
+    cones = {one.get("name"): one for one in table.get("cones", ()) if isinstance(one, dict)}
+
+    def with_rate(one: Any, name: str) -> Any:
+        steps = one.get("n_steps") if isinstance(one, dict) else None
+        if not isinstance(steps, int) or steps < 1:
+            return one
+        rest = {key: value for key, value in one.items() if key != "n_steps"}
+        own = cones.get(one.get("cones"), {}) if name == "bursts" else one
+        sizes = one.get("norm") if name == "bursts" and "norm" in one else own.get("norms", own.get("norm", NORM))
+        smallest = sizes[0] if isinstance(sizes, list | tuple) and sizes else sizes
+        # stress probes of cones have a size in Pa that is known only when they run
+        return {**rest, "rate": smallest / steps} if isinstance(smallest, float) and name != "stress_probes" else rest
+
+    return {
+        key: [with_rate(one, key) for one in value] if key in HAD_STEPS and isinstance(value, list) else value
+        for key, value in table.items()
+    }
+
+
+def had_steps(table: Mapping[str, Any]) -> bool:
+    """Whether a study says how fast its probes are by a number of steps."""
+    sets = [one for name in HAD_STEPS if isinstance(table.get(name), list) for one in table[name]]
+    return any(isinstance(one, dict) and "n_steps" in one for one in sets)
 
 
 def new_text(table: Mapping[str, Any]) -> str:

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 
 from rendulic.foundation.errors import ComingChange, InvalidInput, one_of
 from rendulic.foundation.validation import read_toml, validated
-from rendulic.study.language.old_form import is_old_form, new_form, new_text
+from rendulic.study.language.old_form import had_steps, is_old_form, new_form, new_text, with_rates
 from rendulic.study.language.study import Figures, Study
 from rendulic.study.specimens.chang_hicher import SandSpecimen
 from rendulic.study.specimens.grains import Contact, GrainsSpecimen, Loading
@@ -31,9 +31,9 @@ BEGIN: tuple[tuple[str, dict[str, Any]], ...] = (
     ("chang_hicher", {
         "name": "hostun", "kind": "chang_hicher", "preset": "hostun_loose", "void_ratios": [0.9], "eta": [0.3, 0.9],
     }),
-    ("probes", {"name": "circle", "step_deg": 20.0, "norms": [5e-5, 2e-4], "n_steps": 1000}),
-    ("cones", {"name": "cones", "norm": 2e-4, "n_steps": 4000, "step_deg": 20.0}),
-    ("bursts", {"name": "bursts", "cones": "cones", "n_steps": 4000, "step_deg": 60.0}),
+    ("probes", {"name": "circle", "step_deg": 20.0, "norms": [5e-5, 2e-4]}),
+    ("cones", {"name": "cones", "norm": 2e-4, "step_deg": 20.0}),
+    ("bursts", {"name": "bursts", "cones": "cones", "step_deg": 60.0}),
     ("path", {"name": "undrained", "specimens": ["hostun"], "path": "undrained"}),
 )  # fmt: skip
 DRAWN = {"draw": ["fig3", "cones", "elements"]}
@@ -66,11 +66,13 @@ def read_study(path: str | os.PathLike) -> Study:
 
 def study_from(table: Mapping[str, Any], what: str) -> Study:
     """A study from its table; `what` begins the message if an entry is not admissible."""
-    if is_old_form(table):
-        table = new_form(table, what)
+    is_old = is_old_form(table)
+    if is_old or had_steps(table):
+        table = with_rates(new_form(table, what) if is_old else table)
         study = _checked(table, what)
         warnings.warn(
-            f"{what} is written as for rendulic 0.1, which the next version will not read; write it so:\n\n{new_text(table)}",
+            f"{what} is written as for {'rendulic 0.1' if is_old else 'an earlier version, with n_steps where there is a rate now'}, "
+            f"which the next version will not read; write it so:\n\n{new_text(table)}",
             ComingChange,
             stacklevel=3,
         )

@@ -14,7 +14,7 @@ from rendulic.foundation.errors import InvalidInput
 
 __all__ = ["RESULTS", "Unit", "check_order", "key_of"]
 
-RESULTS = 3  # raised with every change of results: those of older versions are then not found again
+RESULTS = 4  # raised with every change of results: those of older versions are then not found again
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from rendulic.probing.anatomy import anatomy
+from rendulic.probing.probe import probed_specimen
 from rendulic.study.task import How, Parts, Task, at_rest
 from rendulic.tensors.rendulic_plane import increment_along
 
@@ -20,7 +21,8 @@ class AnatomyOfState(Task):
     work: ClassVar[str] = "anatomy"
 
     norm: float
-    n_steps: int
+    rate: float | None
+    settle: bool
     damping: float
 
     def run(self, needs: Mapping[str, Parts], how: How) -> Parts:
@@ -28,6 +30,5 @@ class AnatomyOfState(Task):
         w2n = np.concatenate([batch.w2_normalised.values for batch in batches])
         alpha = float(np.concatenate([batch.alpha.values for batch in batches])[int(np.nanargmin(w2n))])
         before: Any = at_rest(needs, self.damping)
-        after = before.clone()
-        after.probe(increment_along(alpha, self.norm), self.n_steps)
+        after: Any = probed_specimen(before, increment_along(alpha, self.norm), self.rate, self.settle)
         return {"anatomy": anatomy(before.snapshot(), after.snapshot()).assign_attrs(alpha=alpha)}

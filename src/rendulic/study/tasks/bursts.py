@@ -11,13 +11,14 @@ from pydantic import Field
 
 from rendulic.foundation.validation import Positive
 from rendulic.loading import directions
+from rendulic.loading.rate import STRAIN_PER_STEP, steps_to
 from rendulic.probing.burst import bursts
 from rendulic.probing.cone import Cone, cone_of
 from rendulic.study.task import How, Parts, at_rest
 from rendulic.study.tasks.cones import ConeSet
 from rendulic.study.tasks.measurement import AnyStudy
 from rendulic.study.tasks.of_cones import OfCones
-from rendulic.study.values import Step, Steps
+from rendulic.study.values import Step
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,7 @@ class BurstSet(OfCones):
     work: ClassVar[str] = "bursts"
     order: ClassVar[int] = 40
 
-    n_steps: Steps = Field(10_000, description="time steps of the push; for grains")
+    rate: Positive | None = Field(None, description="strain per time step of the push; 1e-8 if not given; for grains")
     step_deg: Step = Field(20.0, description="angle between the directions; more lie within the cones")
     cone_norm: Positive | None = Field(
         None, description="size of the probes whose cone is taken; the set's if not given"
@@ -54,7 +55,8 @@ class BurstSet(OfCones):
             curves[f"burst_{len(curves)}"] = curve.assign_attrs(alpha=alpha)
 
         table = bursts(
-            at_rest(needs, self.damping or 0.0), around_and_within(cone, self.step_deg), float(self.norm or 0.0), self.n_steps,
+            at_rest(needs, self.damping or 0.0), around_and_within(cone, self.step_deg), float(self.norm or 0.0),
+            steps_to(float(self.norm or 0.0), self.rate or STRAIN_PER_STEP),
             cone=cone, workers=how.threads, progress=how.progress, on_burst=keep,
         )  # fmt: skip
         return {"bursts": table} | curves

@@ -12,7 +12,7 @@ from rendulic.loading import directions
 from rendulic.probing.cone import probe_to_edges
 from rendulic.study.task import How, Parts, at_rest
 from rendulic.study.tasks.measurement import AnyStudy, Selected
-from rendulic.study.values import Damping, Norms, Step, Steps
+from rendulic.study.values import Damping, Norms, Step
 
 __all__ = ["ConeSet"]
 
@@ -26,7 +26,9 @@ class ConeSet(Selected):
 
     norm: Positive = Field(1e-4, description="size of the strain probes whose cone is drawn")
     norms: Norms | None = Field(None, description="all sizes to compare cones at; `norm` if not given")
-    n_steps: Steps = Field(10_000, description="time steps up to the smallest norm; for grains")
+    rate: Positive | None = Field(None, description="strain per time step; 1e-8 if not given; for grains")
+    settle: bool = Field(True, strict=True, description="whether they are read at rest; for grains")
+    check_rate: bool = Field(False, strict=True, description="whether half the rate is tried, too; for grains")
     damping: Damping = Field(0.05, description="of Cundall; for grains")
     step_deg: Step = Field(10.0, le=60, description="angle between the directions that cones are first sought in")
     tolerance_deg: Positive = Field(0.5, le=30, description="to which the edges are bracketed")
@@ -51,7 +53,7 @@ class ConeSet(Selected):
     def run(self, needs: Mapping[str, Parts], how: How) -> Parts:
         return {
             "probes": probe_to_edges(
-                at_rest(needs, self.damping), directions.rendulic(self.step_deg), list(self.sizes), self.n_steps,
-                tolerance=self.tolerance_deg, refine_smallest=True, workers=how.threads, progress=how.progress,
+                at_rest(needs, self.damping), directions.rendulic(self.step_deg), list(self.sizes), rate=self.rate,
+                settle=self.settle, check_rate=self.check_rate, tolerance=self.tolerance_deg, refine_smallest=True, workers=how.threads, progress=how.progress,
             )
         }  # fmt: skip

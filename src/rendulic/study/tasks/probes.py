@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from rendulic.foundation.validation import Whole
+from rendulic.foundation.validation import Positive, Whole
 from rendulic.loading import directions
-from rendulic.probing.probe import probe
+from rendulic.probing.probe import probes_of
 from rendulic.specimen.protocol import HasGrains
 from rendulic.study.ids import StateId
 from rendulic.study.task import How, Parts, at_rest
 from rendulic.study.tasks.anatomy import AnatomyOfState
 from rendulic.study.tasks.measurement import AnyPlan, AnyStudy, Selected
-from rendulic.study.values import Damping, Norms, Step, Steps
+from rendulic.study.values import Damping, Norms, Step
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,8 +37,14 @@ class ProbeSet(Selected):
     sphere_directions: Whole | None = Field(
         None, ge=12, le=100_000, description="instead, so many over the whole sphere"
     )
-    norms: Norms = Field((5e-5,), description="increasing sizes of the increment: strain, or Pa for stress")
-    n_steps: Steps = Field(5000, description="time steps up to the smallest norm; for grains")
+    norms: Norms = Field(
+        (5e-5,), description="increasing sizes of the increment: strain, or Pa for stress, where they must be given"
+    )
+    rate: Positive | None = Field(
+        None, description="strain, or Pa, per time step; 1e-8, or 5e-6 of the mean stress, if not given; for grains"
+    )
+    settle: bool = Field(True, strict=True, description="whether they are read at rest; for grains")
+    check_rate: bool = Field(False, strict=True, description="whether half the rate is tried, too; for grains")
     damping: Damping = Field(0.05, description="of Cundall; for grains")
     anatomy: bool = Field(
         False, strict=True, description="whether to tell where in the grains W2 comes from; for grains"
@@ -48,6 +54,8 @@ class ProbeSet(Selected):
     def _one_set_of_directions(self) -> ProbeSet:
         if self.step_deg is not None and self.sphere_directions is not None:
             raise ValueError("give step_deg for the Rendulic plane or sphere_directions for the sphere, not both")
+        if self.kind == "stress" and "norms" not in self.model_fields_set:
+            raise ValueError("stress probes have no default size: give norms in Pa")
         return self
 
     def check(self, study: AnyStudy) -> None:
@@ -68,10 +76,6 @@ class ProbeSet(Selected):
             return directions.sphere(self.sphere_directions)
         return directions.rendulic(self.step_deg or 10.0)
 
-    def steps_to(self, norm: float) -> int:
-        """Time steps up to one of the norms."""
-        return max(round(self.n_steps * norm / self.norms[0]), 1)
-
     def count(self) -> int:
         return -(-len(self.directions()) // BATCH) + self.anatomy
 
@@ -89,7 +93,7 @@ class ProbeSet(Selected):
         plan.put(self, state, *units)
         if own["anatomy"]:
             largest = self.norms[-1]
-            task = AnatomyOfState(norm=largest, n_steps=self.steps_to(largest), damping=self.damping)
+            task = AnatomyOfState(norm=largest, rate=self.rate, settle=self.settle, damping=self.damping)
             needs = {f"probes_{k}": unit for k, unit in enumerate(units)}
             unit = task.unit(f"anatomy '{self.name}': {state}", state=plan.state(state), **needs)
             plan.put(self, state, unit, table=AnatomyOfState.work)
@@ -111,8 +115,8 @@ class ProbeBatch(ProbeSet):
         every = self.directions()
         around = _part_of(every, slice(self.first, self.first + self.count_))
         specimen = at_rest(needs, self.damping)
-        found = probe(
-            specimen, around, list(self.norms), self.n_steps, kind=self.kind,
+        found = probes_of(
+            specimen, around, list(self.norms), rate=self.rate, settle=self.settle, check_rate=self.check_rate, kind=self.kind,
             anatomy=self.anatomy and isinstance(specimen, HasGrains), workers=how.threads, progress=how.progress,
         )  # fmt: skip
         return {"probes": found}

@@ -10,11 +10,11 @@ from pydantic import Field
 
 from rendulic.foundation.validation import Positive
 from rendulic.loading import directions
-from rendulic.probing.probe import probe
+from rendulic.probing.probe import probes_of
 from rendulic.study.task import How, Parts, at_rest
 from rendulic.study.tasks.measurement import AnyStudy
 from rendulic.study.tasks.of_cones import OfCones
-from rendulic.study.values import Step, Steps
+from rendulic.study.values import Step
 
 __all__ = ["StressProbeSet"]
 
@@ -31,7 +31,9 @@ class StressProbeSet(OfCones):
     norm: Positive | None = Field(
         None, description="size of the strain probes that they compare with; the set's if not given"
     )
-    n_steps: Steps = Field(10_000, description="time steps of each; for grains")
+    rate: Positive | None = Field(
+        None, description="Pa per time step; 5e-6 of the mean stress if not given; for grains"
+    )
     step_deg: Step = Field(10.0, le=60, description="angle between the directions of stress")
 
     def check(self, study: AnyStudy) -> None:
@@ -42,9 +44,9 @@ class StressProbeSet(OfCones):
     def run(self, needs: Mapping[str, Parts], how: How) -> Parts:
         answers = np.linalg.norm(needs["cone"]["probes"].d_sigma.sel(norm=self.norm).values, axis=-1)
         return {
-            "probes": probe(
+            "probes": probes_of(
                 at_rest(needs, self.damping or 0.0), directions.rendulic(self.step_deg),
-                float(np.quantile(answers, SOFTER)), self.n_steps, kind="stress", workers=how.threads,
+                float(np.quantile(answers, SOFTER)), rate=self.rate, kind="stress", workers=how.threads,
                 progress=how.progress,
             )
         }  # fmt: skip
