@@ -58,6 +58,7 @@ _load, _, _public = lazy_loader.attach(
         "probing.burst": ["burst", "bursts"],
         "probing.cone": ["Cone", "cone_of", "instability_cone"],
         "probing.ensemble": ["cone_ensemble"],
+        "probing.ensemble_response": ["ensemble_response"],
         "probing.of_snapshots": ["probes_of_snapshots"],
         "probing.path_work": ["w2_along"],
         "probing.probe": ["probe"],
@@ -95,6 +96,7 @@ if TYPE_CHECKING:
     from rendulic.probing.burst import burst, bursts
     from rendulic.probing.cone import Cone, cone_of, instability_cone
     from rendulic.probing.ensemble import cone_ensemble
+    from rendulic.probing.ensemble_response import ensemble_response
     from rendulic.probing.of_snapshots import probes_of_snapshots
     from rendulic.probing.path_work import w2_along
     from rendulic.probing.probe import probe
