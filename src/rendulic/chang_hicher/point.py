@@ -16,6 +16,7 @@ from rendulic.chang_hicher.state import ARRAYS, PointState
 from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import CorruptFile, InvalidInput, one_of
 from rendulic.foundation.progress import Progress, silent
+from rendulic.foundation.whole_change import whole_change
 from rendulic.loading.paths import Path
 from rendulic.specimen.state import State
 
@@ -34,6 +35,7 @@ class MaterialPoint(PointState):
         """Normal stress, shear stress (Pa) and normalised obliquity x of every plane, (n,) each."""
         return plane_stresses(self)
 
+    @whole_change
     def load(
         self,
         path: Path,
@@ -82,6 +84,7 @@ class MaterialPoint(PointState):
         """
         return following.load(self, path, tolerance, least_records, progress, on_record)
 
+    @whole_change
     def probe(
         self,
         increment: np.ndarray,
@@ -118,6 +121,7 @@ class MaterialPoint(PointState):
         one_of(kind, ("strain", "stress"), "kind of probe")
         following.probe(self, finite_array("increment", increment, (3,)), kind, marks, on_mark)
 
+    @whole_change
     def burst(
         self, direction: np.ndarray, norm: float, n_steps: int = 1, *, on_window: Callable[..., None] | None = None
     ) -> xr.Dataset:
@@ -150,6 +154,7 @@ class MaterialPoint(PointState):
         attributes, arrays = self.model.save()
         return State(KIND, self.arrays() | arrays, attributes | {"void_ratio_0": self.void_ratio_0})
 
+    @whole_change
     def restore(self, state: State) -> None:
         """Return to a saved state of this or of any other point, exactly; the model comes with it."""
         self.__dict__.update(MaterialPoint.from_state(state).__dict__)

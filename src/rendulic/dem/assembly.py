@@ -18,6 +18,7 @@ from rendulic.dem.state.assembly_state import DAMPING, DENSITY, TIME_STEP_FRACTI
 from rendulic.dem.state.making import made_of
 from rendulic.dem.stepped import SteppedState
 from rendulic.foundation.progress import Progress, silent
+from rendulic.foundation.whole_change import whole_change
 from rendulic.loading.paths import Path
 from rendulic.specimen.snapshot import Snapshot
 from rendulic.specimen.state import State
@@ -104,6 +105,7 @@ class Assembly(SteppedState):
         """The present state for analysis: positions, walls, contacts and their forces (copies)."""
         return snapshot_of(self)
 
+    @whole_change
     def load(
         self,
         path: Path,
@@ -139,6 +141,7 @@ class Assembly(SteppedState):
         """
         return loading.load(self, path, speed, progress, on_record)
 
+    @whole_change
     def probe(
         self,
         increment,
@@ -195,6 +198,7 @@ class Assembly(SteppedState):
         with ThreadPoolExecutor(max_workers=workers) as pool:
             return list(pool.map(follow, increments))
 
+    @whole_change
     def burst(
         self,
         direction,
@@ -265,6 +269,7 @@ class Assembly(SteppedState):
         """Copy the whole state, so that `restore` continues bitwise as this one would."""
         return saving.state_of(self)
 
+    @whole_change
     def restore(self, state: State) -> None:
         """Return to a saved state, in place, exactly.
 

@@ -12,6 +12,7 @@ from rendulic.dem.drive.tangential_forces import set_tangential_forces
 from rendulic.dem.drive.time_step import renew_time_step, set_time_step
 from rendulic.dem.kernels.arrays import Drive
 from rendulic.dem.state.assembly_state import AssemblyState
+from rendulic.foundation.whole_change import whole_change
 
 __all__ = ["SteppedState"]
 
@@ -19,6 +20,7 @@ __all__ = ["SteppedState"]
 class SteppedState(AssemblyState):
     """An `AssemblyState` that is changed in place; part of the face, as `Assembly` is."""
 
+    @whole_change
     def advance(self, n_steps: int, drive: Drive, damping: float | None = None) -> None:
         """Make `n_steps` steps of the present time step under `drive`; without `damping` with the assembly's own.
 
@@ -29,6 +31,7 @@ class SteppedState(AssemblyState):
         """
         advance(self, n_steps, drive, damping)
 
+    @whole_change
     def set_time_step(self, time_step: float | None = None) -> None:
         """Fix the time step in s; without an argument take the stated fraction of the critical one.
 
@@ -39,18 +42,22 @@ class SteppedState(AssemblyState):
         """
         set_time_step(self, time_step)
 
+    @whole_change
     def renew_time_step(self) -> None:
         """Take the time step that the present contacts allow, or check the one that was fixed."""
         renew_time_step(self)
 
+    @whole_change
     def reset_strain(self) -> None:
         """Make the present walls the origin of strain."""
         self.strain_origin = self.lengths
 
+    @whole_change
     def tighten_list(self) -> None:
         """List neighbours within a narrow margin, for small motions; it widens again if need be."""
         tighten_list(self)
 
+    @whole_change
     def scale_masses(self, inertial_radius: float) -> None:
         """Give grains smaller than `inertial_radius` [m] more mass; 0 restores the true masses.
 
@@ -59,10 +66,12 @@ class SteppedState(AssemblyState):
         """
         scale_masses(self, inertial_radius)
 
+    @whole_change
     def scale_radii(self, factor: float) -> None:
         """Multiply all radii by `factor`, masses following; forces follow at the next step."""
         scale_radii(self, factor)
 
+    @whole_change
     def set_tangential_forces(self, first: np.ndarray, second: np.ndarray, force: np.ndarray, age: float = 0.0) -> None:
         """Give contacts `first < second` the tangential forces (n, 3) on `second` in N of another engine.
 
@@ -72,14 +81,17 @@ class SteppedState(AssemblyState):
         """
         set_tangential_forces(self, first, second, force, age)
 
+    @whole_change
     def stop_rattlers(self) -> None:
         """Stop the grains with fewer than two contacts; the kinetic energy taken is counted as damping."""
         stop_rattlers(self)
 
+    @whole_change
     def stop_spins(self) -> None:
         """Stop all rotation; the kinetic energy taken is counted as damping."""
         stop_spins(self)
 
+    @whole_change
     def sort_grains(self) -> None:
         """Renumber the grains along a space-filling curve; the mechanics does not change."""
         sort_grains(self)

@@ -16,6 +16,7 @@ from rendulic.chang_hicher.state import PointState
 from rendulic.foundation.checks import increasing_fractions, positive_number, whole_number
 from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.progress import Progress, silent
+from rendulic.foundation.whole_change import heed_interrupts
 from rendulic.loading.paths import Path
 from rendulic.tensors.invariants import stress_ratio
 
@@ -56,6 +57,7 @@ def load(
         progress(share, 1.0, f"{path.name}: axial strain {point.eps[0]:.4f}, q {q / 1e3:.1f} kPa")
         if on_record is not None:
             on_record(point)
+        heed_interrupts()
 
     followed = follow_path(point, path, tolerance, least_records, on_piece)
     return point_curve(point, path.name, followed.phases, followed.stopped_by)

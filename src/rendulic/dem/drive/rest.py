@@ -17,6 +17,7 @@ from rendulic.dem.measure.inertial_number import strain_rate_of
 from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.foundation.errors import NotEquilibrated
 from rendulic.foundation.progress import Progress, silent
+from rendulic.foundation.whole_change import whole_change
 from rendulic.loading.paths import Path
 
 __all__ = ["Rest", "bring_to_rest"]
@@ -50,6 +51,7 @@ class Rest:
     largest_inertial_number: float
 
 
+@whole_change
 def bring_to_rest(
     assembly: AssemblyState,
     held: str | Path = "strain",

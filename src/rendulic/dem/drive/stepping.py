@@ -10,12 +10,18 @@ from rendulic.dem.kernels.compiled import kernels_for
 from rendulic.dem.state import margins
 from rendulic.dem.state.assembly_state import AssemblyState
 from rendulic.dem.state.neighbours import find_contacts
+from rendulic.foundation.whole_change import heed_interrupts, is_interrupted, whole_change
 
 __all__ = ["advance", "compute_forces", "list_neighbours", "rebuild", "tighten_list"]
 
+AT_A_TIME = 500_000  # grains times steps between two looks for Ctrl-C: some tenths of a second
 
+
+@whole_change
 def advance(assembly: AssemblyState, n_steps: int, drive: Drive, damping: float | None = None) -> None:
     """Make `n_steps` steps of the present time step, in place; without `damping` the assembly's own.
+
+    Ctrl-C stops it between two steps, where time and counts are those of the steps made.
 
     Raises
     ------
@@ -25,21 +31,30 @@ def advance(assembly: AssemblyState, n_steps: int, drive: Drive, damping: float 
     kernels, threads = kernels_for(assembly.law), threads_for(len(assembly))
     damping = assembly.damping if damping is None else damping
     stepping, room = Stepping(assembly.time_step, damping, assembly.law.parameters), servo_room()
-    left = n_steps
+    left = not_counted = n_steps
+    most = max(1, AT_A_TIME // len(assembly))
     while left > 0:
         reach = 0.5 * assembly.margin - assembly.growth_since_build
         valid = ListRange(assembly.list_origin, assembly.list_wall_origin, reach)
         moved = (assembly.packing, drive, stepping, valid, assembly.spent, room)
         if threads == 1:
-            done, complete = kernels.advance(left, *moved)
+            done, complete = kernels.advance(min(left, most), *moved)
         else:
-            done, complete = in_ranks(kernels.advance_team, prepared_for(assembly, threads), left, *moved)
+            done, complete = in_ranks(kernels.advance_team, prepared_for(assembly, threads), min(left, most), *moved)
         assembly.steps_since_build += done
         left -= done
         if not complete:
             rebuild(assembly)
             kernels.finish_step(assembly.packing, stepping, assembly.spent, room)
             left -= 1
+        if is_interrupted():
+            _count(assembly, not_counted - left)
+            not_counted = left
+            heed_interrupts()
+    _count(assembly, not_counted)
+
+
+def _count(assembly: AssemblyState, n_steps: int) -> None:
     assembly.n_steps += n_steps
     assembly.time += n_steps * assembly.time_step
 
