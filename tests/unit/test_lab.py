@@ -270,10 +270,16 @@ def test_the_command(folder, monkeypatch, capsys):
     assert "W2 turns negative at eps_1 = 0.0408" in out  # -ln(1 - 0.04)
     assert "q = 200.0" in out
     assert {path.name for path in (folder / "found").iterdir()} == {
-        "measured.nc", "measured.csv", "w2.nc", "w2.csv", "w2_values.csv", "w2.png", "w2.pdf",
+        "measured.nc", "measured.csv", "w2.nc", "w2.csv", "w2_values.csv", "w2_fall.csv", "edges.csv", "w2.png", "w2.pdf",
     }  # fmt: skip
     found = rd.io.read_dataset(folder / "found" / "w2.nc")
     assert float(found.instability_q) == pytest.approx(200e3, rel=1e-4)
+    headings, edge = (folder / "found" / "edges.csv").read_text().split()
+    assert headings == "from_eps_1,to_eps_1,from_error,to_error"
+    begin, end, error, end_error = edge.split(",")
+    assert float(begin) == pytest.approx(-np.log(0.96), abs=1e-4)
+    assert 0.0 < float(error) < 0.005
+    assert (end, end_error) == ("", "")
 
 
 def test_a_drained_test_and_its_figure(folder):

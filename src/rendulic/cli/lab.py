@@ -37,4 +37,6 @@ def lab(
             f"  q = {float(found.instability_q) / 1e3:.2f} kPa, p' = {float(found.instability_p) / 1e3:.2f} kPa, "
             f"eta = {float(found.instability_eta):.3f}"
         )
+    for peak, least, by in zip(found.peak_q.values, found.minimum_q.values, found.falls_by.values, strict=True):
+        typer.echo(f"  q falls from {peak / 1e3:.2f} to {least / 1e3:.2f} kPa, by {100 * by / abs(peak):.1f} %")
     typer.echo(f"{len(files)} files written to {output}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
-import numpy as np
 
 from rendulic.figures.draw import draw
 from rendulic.figures.element import label_panels
@@ -34,8 +33,8 @@ def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> Figur
 
     Notes
     -----
-    Grey dots are readings, lines what was fitted. A dot marks where W2 turns negative, its bar how sure that is; the band
-    about W2 is two standard deviations of noise.
+    Grey dots are readings, lines what was fitted. Dots mark where W2 turns negative (full) and positive again (open), their
+    bars how sure that is; the band about W2 is two standard deviations of noise.
     """
     return _path_work(view_of.path_work(measured, along, title))
 
@@ -46,8 +45,7 @@ def _path_work(view: PathWork) -> Figure:
     figure = new_figure(7.2, 5.2) if drained else new_figure(9.6, 3.2)
     with mpl.rc_context(RC):
         panels = list(figure.subplots(*((2, 2) if drained else (1, 3))).flat)
-        strain, within = 100 * along.eps_1, 100 * float(along.instability_within)
-        at = {name: float(along[f"instability_{name}"]) for name in ("eps_1", "p", "q")}
+        strain = 100 * along.eps_1
         shown = [("eps_1", 100, "q", 1e-3), ("p", 1e-3, "q", 1e-3), ("eps_1", 100, "eps_v", 100)]
         places = [panels[0], panels[1], *panels[3:]]
         for axes, (x, x_scale, y, y_scale) in zip(places, shown, strict=False):
@@ -59,16 +57,22 @@ def _path_work(view: PathWork) -> Figure:
         panels[2].plot(strain, along.w2_normalised, color=COLOURS[0])
         panels[2].axhline(0.0, color=NEGATIVE, lw=0.8, ls="--")
         panels[2].set_ylim(-1.05, 1.05)
-        if np.isfinite(at["eps_1"]):
+        for begin, end in view.stretches:
+            for axes in (panels[0], *panels[2:]):
+                axes.axvspan(100 * begin, 100 * end, color=NEGATIVE, alpha=0.08, lw=0)
+        named: set[bool] = set()
+        for edge in view.edges:
+            label = r"$W_2$ turns negative" if edge.falls else r"$W_2$ turns positive"
             for axes, abscissa, ordinate, bar in (
-                (panels[0], 100 * at["eps_1"], 1e-3 * at["q"], within),
-                (panels[1], 1e-3 * at["p"], 1e-3 * at["q"], None),
-                (panels[2], 100 * at["eps_1"], 0.0, within),
+                (panels[0], 100 * edge.eps_1, 1e-3 * edge.q, 100 * edge.error),
+                (panels[1], 1e-3 * edge.p, 1e-3 * edge.q, None),
+                (panels[2], 100 * edge.eps_1, 0.0, 100 * edge.error),
             ):
                 axes.errorbar(
                     abscissa, ordinate, xerr=bar, fmt="o", ms=5, color=NEGATIVE, mec=INK, mew=0.6, capsize=2, zorder=5,
-                    label=r"$W_2$ turns negative",
+                    mfc=NEGATIVE if edge.falls else "white", label="" if edge.falls in named else label,
                 )  # fmt: skip
+            named.add(edge.falls)
         panels[0].legend(loc="best")
         label_panels(panels)
         figure.suptitle(view.title, x=0.02, ha="left")

@@ -16,8 +16,9 @@ __all__ = ["PathWork", "path_work"]
 
 CAPTION = (
     "A measured test: deviatoric stress against axial strain, the stress path, the normalised second-order work W2n along the path, "
-    "and the volumetric strain where it changes. Grey dots are readings, lines what was fitted. A red dot marks where W2 turns "
-    "negative, its bar how sure that is; the band about W2n is two standard deviations of noise."
+    "and the volumetric strain where it changes. Grey dots are readings, lines what was fitted. Full dots mark where W2 turns "
+    "negative, open ones where it turns positive again, their bars how sure that is; on shaded stretches W2 is negative. The band "
+    "about W2n is two standard deviations of noise."
 )
 
 
@@ -42,12 +43,42 @@ class PathWork(View):
         return float(np.abs(self.measured.eps_v).max()) > 1e-9
 
     @property
+    def edges(self) -> list[Edge]:
+        """In the order of the path; those that were seen."""
+        along, found = self.along, []
+        strain, order = along.eps_1.values, np.argsort(along.eps_1.values)
+        for k in range(along.sizes["edge"]):
+            for side, falls in (("from", True), ("to", False)):
+                at, error = (float(along[f"{side}_{name}"][k]) for name in ("eps_1", "error"))
+                if np.isfinite(error):
+                    q, p = (float(np.interp(at, strain[order], along[name].values[order])) for name in ("q", "p"))
+                    found.append(Edge(at, error, q, p, falls))
+        return found
+
+    @property
+    def stretches(self) -> list[tuple[float, float]]:
+        """Axial strains from and to which W2 is negative."""
+        ends = np.where(np.isnan(self.along.to_eps_1), self.along.eps_1[-1], self.along.to_eps_1)
+        return list(zip(self.along.from_eps_1.values.tolist(), ends.tolist(), strict=True))
+
+    @property
     def band(self) -> tuple[xr.DataArray, xr.DataArray]:
         """W2n less and plus two standard deviations of its noise."""
         along = self.along
         with np.errstate(divide="ignore", invalid="ignore"):
             error = 2.0 * along.w2_error * np.abs(along.w2_normalised / along.w2)
         return along.w2_normalised - error, along.w2_normalised + error
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Where W2 changes its sign."""
+
+    eps_1: float
+    error: float
+    q: float
+    p: float
+    falls: bool
 
 
 def path_work(measured: xr.Dataset, along: xr.Dataset, title: str = "") -> PathWork:

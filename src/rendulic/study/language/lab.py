@@ -12,7 +12,7 @@ from pydantic import Field
 
 from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.validation import Positive, Section, read_toml, validated
-from rendulic.foundation.whole_file import writable_folder
+from rendulic.foundation.whole_file import whole_file, writable_folder
 from rendulic.io.lab import read_triaxial
 from rendulic.io.tables import write_csv, write_dataset, write_tables
 from rendulic.probing.path_work import w2_along
@@ -94,6 +94,16 @@ def read_lab_test(path: str | os.PathLike) -> LabTest:
     return validated(LabTest, table, str(path))
 
 
+EDGES = ("from_eps_1", "to_eps_1", "from_error", "to_error")
+
+
+def write_edges(along: xr.Dataset, path: Path) -> Path:
+    """Where W2 is negative: one line for each stretch, logarithmic strains, empty where it stays open."""
+    with whole_file(path) as temporary:
+        along[list(EDGES)].to_dataframe()[list(EDGES)].to_csv(temporary, index=False)
+    return path
+
+
 def run_lab_test(path: str | os.PathLike, folder: str | os.PathLike) -> LabResult:
     """Read the test described at `path`; write readings and second-order work into `folder`.
 
@@ -118,5 +128,6 @@ def run_lab_test(path: str | os.PathLike, folder: str | os.PathLike) -> LabResul
         raise InvalidInput(f"{readings}: {error}") from None
     folder = writable_folder(folder)
     files = [write_dataset(measured, folder / "measured.nc"), write_csv(measured, folder / "measured.csv")]
-    files += [write_dataset(along, folder / "w2.nc"), *write_tables(along, folder / "w2.csv")]
+    files += [write_dataset(along, folder / "w2.nc"), *write_tables(along.drop_dims("edge"), folder / "w2.csv")]
+    files.append(write_edges(along, folder / "edges.csv"))
     return LabResult(f"{readings.name}, {test.drainage}", measured, along, files)
