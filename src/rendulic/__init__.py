@@ -53,6 +53,7 @@ _load, _, _public = lazy_loader.attach(
         "loading.control": ["Control"],
         "probing.amplitude": ["cones_by_amplitude"],
         "probing.anatomy": ["anatomy"],
+        "probing.anatomy_controls": ["cluster_controls"],
         "probing.audits": ["audits"],
         "probing.bifurcation": ["bifurcation_map", "states_along"],
         "probing.burst": ["burst", "bursts"],
@@ -91,6 +92,7 @@ if TYPE_CHECKING:
     from rendulic.loading.control import Control
     from rendulic.probing.amplitude import cones_by_amplitude
     from rendulic.probing.anatomy import anatomy
+    from rendulic.probing.anatomy_controls import cluster_controls
     from rendulic.probing.audits import audits
     from rendulic.probing.bifurcation import bifurcation_map, states_along
     from rendulic.probing.burst import burst, bursts

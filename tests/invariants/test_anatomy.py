@@ -92,7 +92,7 @@ def test_the_order_of_grains_and_the_ends_of_contacts_do_not_matter(probed, foun
 
 def test_probes_keep_the_summary_of_every_direction(sheared):
     directions, norm = rd.directions.rendulic(90), 2e-4
-    probes = rd.probe(sheared, directions, [1e-4, norm], 200, anatomy=True)
+    probes = rd.probe(sheared, directions, [1e-4, norm], rate=5e-7, settle=False, anatomy=True)
     after = sheared.clone()
     # the same way as probes go: to the largest norm at constant rate
     after.probe(increment_along(180.0, norm), 400)
@@ -101,14 +101,14 @@ def test_probes_keep_the_summary_of_every_direction(sheared):
     for name in alone.data_vars:
         assert np.array_equal(here[name].values, alone[name].values, equal_nan=True), name
     assert probes.cluster_index.dims == ("norm", "alpha", "which")
-    plain = rd.probe(sheared, directions, [1e-4, norm], 200)
+    plain = rd.probe(sheared, directions, [1e-4, norm], rate=5e-7, settle=False)
     assert plain.equals(probes[list(plain.data_vars)])
 
 
 def test_an_anatomy_needs_grains():
     sand = rd.ChangHicher().at(pressure=300e3, void_ratio=0.9)
     with pytest.raises(InvalidInput, match="needs a specimen with grains"):
-        rd.probe(sand, rd.directions.rendulic(90), 1e-6, 1, anatomy=True)
+        rd.probe(sand, rd.directions.rendulic(90), 1e-6, anatomy=True)
 
 
 def chain(n):

@@ -73,9 +73,9 @@ def analyze(
 def _two(before: Snapshot, after: Snapshot, title: str, report: Path | None) -> bool:
     from rendulic import figures
     from rendulic.io.tables import write_dataset
-    from rendulic.micro.clustering import verdict_of
     from rendulic.probing.anatomy import anatomy_of
     from rendulic.probing.second_order_work import second_order_work
+    from rendulic.views.anatomy import clusters_of_pair
 
     work = second_order_work(before, after)
     found = anatomy_of(work, before, after)
@@ -97,16 +97,14 @@ def _two(before: Snapshot, after: Snapshot, title: str, report: Path | None) -> 
         ),
         "negative_contacts": (float(found.negative_contacts), "", "share of contacts with negative work"),
         "carriers": (float(found.carriers), "", "share of contacts that carries half of it"),
-        "cluster_index": (
-            float(carriers.cluster_index),
-            "",
-            f"Moran's I of these: {verdict_of(float(carriers.cluster_score))}",
-        ),
+        "cluster_index": (float(carriers.cluster_index), "", "Moran's I of these, contacts that share a grain"),
+        "beyond_index": (float(found.beyond_index.sel(sign="negative")), "", "the same, contacts that share no grain"),
         "unbalanced_before": (before.unbalanced_force, "", "unbalanced force before"),
         "unbalanced_after": (after.unbalanced_force, "", "unbalanced force after"),
     }
     _warn(work.audits.warnings)
     _show(rows, title)
+    typer.echo(clusters_of_pair(found))
     _show_audits(work.audits)
     if report is not None:
         told = {name: value for name, (value, *_) in rows.items()}

@@ -1,6 +1,7 @@
 """Figures of results (matplotlib); each function takes labelled data and returns a `Figure`."""
 
 from rendulic.figures.anatomy import anatomy, anatomy_around
+from rendulic.figures.anatomy_controls import cluster_controls
 from rendulic.figures.bifurcation import bifurcation_map
 from rendulic.figures.bursts import burst_table, bursts, equation_1
 from rendulic.figures.circular import circular_diagram, circular_diagrams, circular_panels
@@ -27,6 +28,7 @@ __all__ = [
     "circular_diagram",
     "circular_diagrams",
     "circular_panels",
+    "cluster_controls",
     "cones",
     "deviatoric_stress",
     "element_tests",

@@ -149,27 +149,20 @@ def _map(axes: Axes, found: xr.Dataset) -> None:
 
 
 def _clusters(axes: Axes, found: xr.Dataset) -> None:
-    from rendulic.micro.clustering import verdict_of
-
-    places = np.arange(found.sizes["which"])
-    axes.bar(places - 0.18, 100 * found.largest_cluster, width=0.34, color=NEGATIVE, label="here")
-    axes.bar(places + 0.18, 100 * found.largest_at_random, width=0.34, color=FAINT, label="at random")
-    names = {"negative": "all negative", "carriers": "carriers of half"}
-    labels = [
-        f"{names[str(which)]}\n{verdict_of(float(found.cluster_score.sel(which=which)))}\n"
-        f"I = {float(found.cluster_index.sel(which=which)):.3f}\nz = {float(found.cluster_score.sel(which=which)):.1f}"
-        for which in found.which.values
-    ]
-    axes.set_xticks(places, labels, fontsize=7.5)
-    axes.set_xlim(-0.6, len(places) - 0.4)
-    axes.set_ylabel("largest cluster  [% of the set]")
-    axes.set_title("clusters", loc="left")
-    axes.set_ylim(top=1.25 * axes.get_ylim()[1])  # room for the legend
-    axes.legend(loc="upper left", ncols=2)
+    """Carriers of both signs where they share no grain, and what chance makes of the displacements."""
+    index, kept = found.beyond_index.values, found.beyond_kept.values
+    axes.bar([0, 1], index, color=[NEGATIVE, POSITIVE], width=0.6)
+    axes.errorbar([2], [kept[1]], [[kept[1] - kept[0]], [kept[2] - kept[1]]], fmt="o", color=INK, ms=4, capsize=4)
+    axes.axhline(0.0, color=INK, lw=0.6)
+    names = ("carriers of\nnegative", "of positive\nwork", "displacements\nkept")
+    axes.set_xticks(range(3), names, fontsize=7)
+    axes.set_xlim(-0.6, 2.6)
+    axes.set_ylabel("Moran's I beyond a grain")
+    axes.set_title("clusters and controls", loc="left")
 
 
 def anatomy_around(probes: Mapping[str, xr.Dataset], title: str = "") -> Figure:
-    """Origin of the second-order work against direction, state by state.
+    """Origin of the second-order work against direction, state by state; grey: what displacements alone make of clusters.
 
     Parameters
     ----------
@@ -191,33 +184,36 @@ def _anatomy_around(view: AnatomyAround) -> Figure:
     probes = view.probes
     figure = new_figure(9.6, 6.0)
     panels = (
-        ("negative_contacts", None, "share of contacts\nwith negative $w_2$"),
-        ("negative_over_positive", None, "negative over positive work"),
-        ("carriers", None, "share that carries half\nof the negative work"),
-        ("sliding", None, "share of the negative work\nin sliding contacts"),
-        ("cluster_index", "carriers", "Moran's I of the carriers"),
-        ("cluster_index", "negative", "Moran's I of all negative"),
+        ("negative_contacts", "share of contacts\nwith negative $w_2$"),
+        ("negative_over_positive", "negative over positive work"),
+        ("carriers", "share that carries half\nof the negative work"),
+        ("sliding", "share of the negative work\nin sliding contacts"),
+        ("negative", "Moran's I beyond a grain:\ncarriers of negative work"),
+        ("positive", "the same of positive work"),
     )
     with mpl.rc_context(RC):
         grid = figure.subplots(2, 3, sharex=True)
-        for axes, (name, which, label) in zip(grid.T.flat, panels, strict=True):
+        for axes, (name, label) in zip(grid.T.flat, panels, strict=True):
             axes.axvspan(60, 240, color="#f4f4f4", lw=0)
             for (state, data), colour in zip(probes.items(), sequence(len(probes)), strict=True):
-                values = _negative_sliding(data) if name == "sliding" else data[name]
-                values = values if which is None else values.sel(which=which)
-                axes.plot(data.alpha, values, "o-", ms=2.5, lw=1.0, color=colour, label=state)
-                if name == "cluster_index":
-                    spread = 3.0 * data.cluster_chance.sel(which=which)
-                    axes.fill_between(data.alpha, -spread, spread, color=FAINT, alpha=0.5, lw=0)
+                axes.plot(data.alpha, _drawn(data, name), "o-", ms=2.5, lw=1.0, color=colour, label=state)
+                if name == "negative":
+                    low, high = (data.beyond_kept.sel(bound=bound) for bound in ("low", "high"))
+                    axes.fill_between(data.alpha, low, high, color=FAINT, alpha=0.3, lw=0)
             axes.set_ylabel(label)
         for axes in grid[1]:
             axes.set_xlabel(r"direction of strain increment $\alpha$  [deg]")
             axes.set_xticks(range(0, 361, 60))
         grid[1, 0].axhline(1.0, color=NEGATIVE, lw=0.8, ls="--")
+        ends = [axes.get_ylim() for axes in grid[:, 2]]  # both signs on one scale
+        for axes in grid[:, 2]:
+            axes.set_ylim(min(low for low, _ in ends), max(high for _, high in ends))
         figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(probes))
         figure.suptitle(view.title, x=0.02, ha="left")
     return figure
 
 
-def _negative_sliding(data: xr.Dataset) -> xr.DataArray:
-    return data.w2_negative_sliding / data.w2_negative
+def _drawn(data: xr.Dataset, name: str) -> xr.DataArray:
+    if name == "sliding":
+        return data.w2_negative_sliding / data.w2_negative
+    return data.beyond_index.sel(sign=name) if name in data.sign.values else data[name]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 
 from rendulic.figures.anatomy import anatomy
+from rendulic.figures.anatomy_controls import cluster_controls
 from rendulic.figures.bifurcation import bifurcation_map
 from rendulic.figures.bursts import burst_table
 from rendulic.figures.circular import circular_diagram, circular_diagrams
@@ -18,6 +19,7 @@ from rendulic.figures.forces import forces
 from rendulic.figures.stereogram import stereogram
 from rendulic.figures.work_by_class import work_by_class
 from rendulic.foundation.errors import InvalidInput
+from rendulic.probing.anatomy_controls import ClusterControls
 from rendulic.probing.cone import Cone
 from rendulic.probing.second_order_work import SecondOrderWork
 from rendulic.specimen.snapshot import Snapshot
@@ -34,7 +36,7 @@ def plot(result: Any, title: str = "") -> Figure:
 
     Parameters
     ----------
-    result : Cone, SecondOrderWork, Snapshot or xarray.Dataset
+    result : Cone, ClusterControls, SecondOrderWork, Snapshot or xarray.Dataset
         Of `rd.probe`, `rd.bursts`, `rd.bifurcation_map`, `rd.anatomy`, or a loading.
     title : str
         Above.
@@ -65,6 +67,11 @@ def _figure(result: Any, title: str) -> Figure:
 @_figure.register
 def _(result: Cone, title: str) -> Figure:
     return cones({result.kind: result}, title)
+
+
+@_figure.register
+def _(result: ClusterControls, title: str) -> Figure:
+    return cluster_controls({"": result}, title)
 
 
 @_figure.register

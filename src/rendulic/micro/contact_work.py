@@ -24,6 +24,8 @@ class ContactWork:
         Bodies, as in `Snapshot`.
     work : (n_pairs,) array
         `w2 = df . dl` in J, `df` the change of the force on `second`, `dl = dx_first - dx_second`.
+    apart : (n_pairs, 3) array
+        `dl` in m: how the two bodies moved against each other.
     contact_class : (n_pairs,) int array
         Index into `CLASSES`; a grain-wall pair is `wall` whatever it does.
     in_before, in_after : (n_pairs,) int arrays
@@ -33,6 +35,7 @@ class ContactWork:
     first: np.ndarray
     second: np.ndarray
     work: np.ndarray
+    apart: np.ndarray
     contact_class: np.ndarray
     in_before: np.ndarray
     in_after: np.ndarray
@@ -92,7 +95,7 @@ def contact_work(before: Snapshot, after: Snapshot) -> ContactWork:
     of_class[in_after < 0] = CLASSES.index("opened")
     of_class[in_before < 0] = CLASSES.index("created")
     of_class[second >= before.n_grains] = CLASSES.index("wall")
-    return ContactWork(first, second, work, of_class, in_before, in_after)
+    return ContactWork(first, second, work, apart, of_class, in_before, in_after)
 
 
 def _keyed(snapshot: Snapshot, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rendulic.micro.clustering import clustering
+from rendulic.micro.clustering import beyond_a_grain, clustering, moved_alike, partners
 from rendulic.micro.contact_work import CLASSES, ContactWork
 from rendulic.micro.coordination import coordination
 from rendulic.micro.fabric import fabric
@@ -17,16 +17,18 @@ from rendulic.specimen.snapshot import Snapshot
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["NETWORKS", "anatomy", "carriers", "summary"]
+__all__ = ["BOUNDS", "NETWORKS", "SIGNS", "anatomy", "carriers", "summary"]
 
 NETWORKS = ("strong", "weak")
 INSTANTS = ("before", "after")
+SIGNS = ("negative", "positive")
+BOUNDS = ("low", "mean", "high")  # of what chance gives: beyond each end in one of twenty
 POLAR_BINS = 9  # of 10 degrees
 CARRIED = 0.5  # share of the negative work that the carriers carry
 DETAIL = ("pair", "grain")  # dimensions that a summary leaves out
 
 
-def anatomy(before: Snapshot, after: Snapshot, *, n_shuffles: int = 49, seed: int = 0) -> xr.Dataset:
+def anatomy(before: Snapshot, after: Snapshot, *, n_shuffles: int = 99, seed: int = 0) -> xr.Dataset:
     """Where in the grains the second-order work between two snapshots is, any engine's.
 
     Parameters
@@ -34,7 +36,7 @@ def anatomy(before: Snapshot, after: Snapshot, *, n_shuffles: int = 49, seed: in
     before, after : Snapshot
         Of one specimen, e.g. before and after a probe.
     n_shuffles, seed : int
-        Random sets that the clusters are compared with; see `micro.clustering`.
+        Random sets that the clusters are compared with; see `micro.clustering`. Fewer than 19 give no ends of chance.
 
     Returns
     -------
@@ -54,7 +56,11 @@ def anatomy(before: Snapshot, after: Snapshot, *, n_shuffles: int = 49, seed: in
         `w2_positive`, `w2_negative_sliding`, and `negative_over_positive`, which exceeds 1 where the contacts' second-order work is
         negative; `carriers`, the least share of all contacts that carries half of the negative work. Of the negative
         pairs and of the carriers (dimension `which`): `cluster_index`, `cluster_score`, `cluster_chance`, `largest_cluster`,
-        `largest_at_random`; see `micro.Clustering`. At each `instant`: `coordination`, `mechanical_coordination`,
+        `largest_at_random`; see `micro.Clustering`. These compare with contacts dealt out freely, which is no control: contacts
+        of one grain are alike in any set. What is left beyond that is in `beyond_index` of the carriers by `sign` (beside
+        each of negative work stands one of positive work, of like size), with what chance gives by `bound`:
+        `beyond_kept` where displacements are kept, `beyond_signs` of the difference of both signs where signs are dealt out
+        anew; see `micro.beyond_a_grain`, and `rd.cluster_controls` for stable directions beside it. At each `instant`: `coordination`, `mechanical_coordination`,
         `rattlers`, `fabric_anisotropy`.
 
     Raises
@@ -65,7 +71,7 @@ def anatomy(before: Snapshot, after: Snapshot, *, n_shuffles: int = 49, seed: in
     return anatomy_of(second_order_work(before, after), before, after, n_shuffles=n_shuffles, seed=seed)
 
 
-def anatomy_of(work: SecondOrderWork, before: Snapshot, after: Snapshot, n_shuffles: int = 49, seed: int = 0):
+def anatomy_of(work: SecondOrderWork, before: Snapshot, after: Snapshot, n_shuffles: int = 99, seed: int = 0):
     """The anatomy of a second-order work that is known already; see `anatomy`."""
     import xarray as xr
 
@@ -106,13 +112,15 @@ def anatomy_of(work: SecondOrderWork, before: Snapshot, after: Snapshot, n_shuff
         ("largest_at_random", "largest_at_random", "the same of random sets, median"),
     ):
         variables[name] = ("which", [getattr(one, pick) for one in found], label, "1")
-    variables |= _instants(before, after)
+    variables |= _beyond(pairs, detail, before, carry, n_shuffles, seed) | _instants(before, after)
     coords = {
         "component": [1, 2, 3],
         "contact_class": list(CLASSES),
         "network": list(NETWORKS),
         "slides": [False, True],
         "which": ["negative", "carriers"],
+        "sign": list(SIGNS),
+        "bound": list(BOUNDS),
         "instant": list(INSTANTS),
         "polar": ("polar", (np.arange(POLAR_BINS) + 0.5) * 90.0 / POLAR_BINS, {"units": "degree"}),
     }
@@ -152,6 +160,29 @@ def carriers(work: np.ndarray) -> np.ndarray:
     if len(work) and so_far[-1] < 0.0:
         chosen[order[: int(np.searchsorted(-so_far, -CARRIED * so_far[-1])) + 1]] = True
     return chosen
+
+
+def _beyond(
+    pairs: ContactWork, detail: dict[str, tuple], before: Snapshot, carry: np.ndarray, n_shuffles: int, seed: int
+):
+    """Carriers of both signs, compared where they share no grain."""
+    negative = np.flatnonzero(carry)
+    positive = partners(pairs.work, negative)
+    negative = negative[: len(positive)]  # none if there are not as many positive ones
+    radius = np.concatenate((before.radius, np.zeros(6)))
+    groups = moved_alike(pairs.apart, detail["normal"][1], radius[pairs.first] + radius[pairs.second])
+    found = beyond_a_grain(pairs.first, pairs.second, before.n_grains, negative, positive, groups, n_shuffles, seed)
+    label = "Moran's I of the carriers over contacts joined by a third, no grain shared"
+    return {
+        "beyond_index": ("sign", [found.negative, found.positive], label, "1"),
+        "beyond_kept": ("bound", found.kept, "the same of the negative ones by chance, displacements kept", "1"),
+        "beyond_signs": (
+            "bound",
+            found.signs,
+            "its difference, negative less positive, by chance, signs dealt anew",
+            "1",
+        ),
+    }
 
 
 def _sliding(pairs: ContactWork, detail: dict[str, tuple], negative: np.ndarray) -> float:

@@ -19,15 +19,17 @@ PANELS: tuple[tuple[str, Callable[[xr.Dataset], xr.DataArray]], ...] = (
     ("negative over positive work", lambda data: data.negative_over_positive),
     ("contacts that carry half of it [%]", lambda data: 100.0 * data.carriers),
     ("of it in sliding contacts [%]", lambda data: 100.0 * data.w2_negative_sliding / data.w2_negative),
+    ("Moran's I beyond a grain, negative", lambda data: data.beyond_index.sel(sign="negative")),
+    ("the same of positive work", lambda data: data.beyond_index.sel(sign="positive")),
 )
 
 
 @interactive(AnatomyAround)
 def anatomy_around(name: str, views: Mapping[str, AnatomyAround]) -> Figure:
-    """Four panels; families of samples and sets."""
+    """Six panels; families of samples and sets."""
     layout: dict = {
-        "height": 640, "legend": {"orientation": "h", "y": 1.08, "yanchor": "bottom"},
-        "grid": {"rows": 2, "columns": 2, "pattern": "independent", "ygap": 0.28, "xgap": 0.16},
+        "height": 880, "legend": {"orientation": "h", "y": 1.08, "yanchor": "bottom"},
+        "grid": {"rows": 3, "columns": 2, "pattern": "independent", "ygap": 0.28, "xgap": 0.16},
     }  # fmt: skip
     for k, (title, _) in enumerate(PANELS):
         axis = str(k + 1) if k else ""
