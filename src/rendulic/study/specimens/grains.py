@@ -70,11 +70,16 @@ class Loading(Section):
         strict=True,
         description="inertia of small grains for large steps; 0: none",
     )
+    rest_tolerance: Positive = Field(
+        QuasiStatic.tolerance, lt=1, description="unbalanced force at which a state counts as at rest"
+    )
 
     def speed(self) -> QuasiStatic:
         """The rates for the engine."""
-        return QuasiStatic(self.inertial_number, self.unbalanced_limit, damping=self.damping,
-                           mass_scaling=self.mass_scaling)  # fmt: skip
+        return QuasiStatic(
+            self.inertial_number, self.unbalanced_limit, damping=self.damping, mass_scaling=self.mass_scaling,
+            tolerance=self.rest_tolerance,
+        )  # fmt: skip
 
 
 class Recipe(Section):
