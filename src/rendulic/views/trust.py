@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from rendulic.probing.edges import NEAR_EDGE
+from rendulic.probing.error_bar import TOO_FAST
 from rendulic.specimen.curve import QUASI_STATIC_LIMIT
 from rendulic.views.catalogue import StudyFigure
 from rendulic.views.paths import labels_of
@@ -77,7 +78,19 @@ def trust(results: Results) -> Trust | None:
 
 def checks(results: Results) -> Iterator[Check]:
     """All checks that the finished results allow."""
-    for ask in (_quasi_static, _at_rest, _identity, _drift, _reached, _energy, _bursts, _edges, _planes):
+    for ask in (
+        _quasi_static,
+        _at_rest,
+        _identity,
+        _drift,
+        _reached,
+        _slow_enough,
+        _settled,
+        _energy,
+        _bursts,
+        _edges,
+        _planes,
+    ):
         yield from ask(results)
 
 
@@ -157,13 +170,13 @@ def _drift(results: Results) -> Iterator[Check]:
         worst = int(np.nanargmin(at_end.w2_normalised.values))
         count += 1
         size = abs(float(at_end.w2_macro.values[worst]))
-        share = max(share, abs(float(at_end.w2_drift.values[worst])) / size if size > 0.0 else np.inf)
+        share = max(share, float(at_end.w2_error.values[worst]) / size if size > 0.0 else np.inf)
         if not bool(at_end.is_significant.values[worst]):
             unsure.append(label)
     if count:
         yield Check(
             "Is the sign of the smallest W2 sure?",
-            f"drift over smallest W2, largest: {share:.2g}",
+            f"error over smallest W2, largest: {share:.2g}",
             "1",
             _verdict(len(unsure), count),
             f"all {count} sets of probes" if not unsure else f"not in {_some(unsure)}",
@@ -186,6 +199,38 @@ def _reached(results: Results) -> Iterator[Check]:
             _verdict(total, count),
             "all" if not short else f"not in {_some([f'{name} ({missed})' for name, missed in short])}",
         )
+
+
+def _flagged(results: Results, name: str, bad: bool, only: str = "") -> tuple[list[str], int, int]:
+    """Sets of probes in which a flag is bad, with how often; how often in all; and how many probes there are.
+
+    `only` is an attribute of sets that counts: probes that are read while they move are meant so, and no failure.
+    """
+    short, total, count = [], 0, 0
+    for label, _, probes in _probed(results):
+        if name in probes and (not only or probes.attrs.get(only)):
+            missed = int((probes[name].values == bad).sum())
+            count, total = count + probes[name].size, total + missed
+            short += [f"{label} ({missed})"] if missed else []
+    return short, total, count
+
+
+def _slow_enough(results: Results) -> Iterator[Check]:
+    short, total, count = _flagged(results, "is_too_fast", True)
+    if count:
+        yield Check(
+            "Were the probes of grains slow enough?", f"{count - total} of {count}", f"unbalanced force {TOO_FAST:g} on the way",
+            _verdict(total, count), "all" if not short else f"not in {_some(short)}",
+        )  # fmt: skip
+
+
+def _settled(results: Results) -> Iterator[Check]:
+    short, total, count = _flagged(results, "is_settled", False, only="settle")
+    if count:
+        yield Check(
+            "Were the grains at rest when the probes were read?", f"{count - total} of {count}", "unbalanced force 1e-05",
+            _verdict(total, count), "all" if not short else f"no equilibrium near in {_some(short)}",
+        )  # fmt: skip
 
 
 def _energy(results: Results) -> Iterator[Check]:
