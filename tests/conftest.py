@@ -174,7 +174,7 @@ def reported_study(shared):
             {"name": "sphere", "eta": [0.25], "sphere_directions": 12, "norms": (2e-4,), "rate": 2e-06, "settle": False},
         ],
         "cones": [{"name": "edges", "norm": 2e-4, "rate": 1e-06, "settle": False, "step_deg": 60.0, "tolerance_deg": 30.0}],
-        "bursts": [{"name": "pushes", "cones": "edges", "rate": 1e-06, "step_deg": 90.0}],
+        "bursts": [{"name": "pushes", "cones": "edges", "rate": 1e-06, "hold_steps": 5000, "step_deg": 90.0}],
         "path": [{"name": "undrained", "specimens": ["hostun"], "path": "undrained", "axial_strain": 0.03}],
         "figures": {"diagram_norm": 2e-4},
     }  # fmt: skip

@@ -51,6 +51,7 @@ _load, _, _public = lazy_loader.attach(
         "foundation.errors": ["RendulicError"],
         "loading": ["directions", "paths"],
         "loading.control": ["Control"],
+        "probing.agreement": ["agreement"],
         "probing.amplitude": ["cones_by_amplitude"],
         "probing.anatomy": ["anatomy"],
         "probing.anatomy_controls": ["cluster_controls"],
@@ -90,6 +91,7 @@ if TYPE_CHECKING:
     from rendulic.foundation.errors import RendulicError
     from rendulic.loading import directions, paths
     from rendulic.loading.control import Control
+    from rendulic.probing.agreement import agreement
     from rendulic.probing.amplitude import cones_by_amplitude
     from rendulic.probing.anatomy import anatomy
     from rendulic.probing.anatomy_controls import cluster_controls

@@ -412,7 +412,7 @@ def test_steps_of_a_disturbance_do_not_matter(point):
     for n_steps, own in clones.items():
         own.probe(np.array([1e-5, -2e-6, -2e-6]), n_steps)
     assert clones[1].save().checksum == clones[5000].save().checksum
-    curves = [rd.burst(point, 125.0, 1e-5, n_steps) for n_steps in (1, 5000)]
+    curves = [rd.burst(point, 125.0, 1e-5, rate=rate) for rate in (1e-5, 2e-9)]
     xr.testing.assert_identical(*curves)
     assert curves[0].sizes["record"] < 50
 

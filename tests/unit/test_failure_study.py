@@ -34,7 +34,7 @@ TINY = {
         {"name": "sand", "specimens": ["sand"], "norm": 1e-6, "step_deg": 10.0},
     ],
     "bursts": [
-        {"name": "bursts", "cones": "cones", "rate": 1e-06, "step_deg": 120.0},
+        {"name": "bursts", "cones": "cones", "rate": 1e-6, "hold_steps": 5000, "step_deg": 120.0},
         {"name": "sand", "cones": "sand", "norm": 1e-9, "step_deg": 60.0},
     ],
     "figures": {"draw": FIGURES},

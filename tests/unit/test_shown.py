@@ -43,7 +43,7 @@ def results(sand, sheared_state, work):
         "probes": rd.probe(sand, rd.directions.rendulic(30), 1e-7),
         "sizes": rd.probe(sand, rd.directions.rendulic(30), [1e-7, 2e-7]),
         "sphere": rd.probe(sand, rd.directions.sphere(30), 1e-7),
-        "bursts": rd.bursts(sand, rd.directions.rendulic(90), 1e-9, 1),
+        "bursts": rd.bursts(sand, rd.directions.rendulic(90), 1e-9),
         "map": rd.bifurcation_map({0.0: sand.clone()}, rd.directions.rendulic(30), 1e-7),
         "anatomy": rd.anatomy(sample.snapshot(), probed.snapshot()),
         "test": other.load(rd.paths.constant_volume(0.01)),

@@ -82,7 +82,7 @@ def bursts_of(w2n, predicted, verdict, **others):
     columns = {
         "w2_normalised": w2n, "predicted": predicted, "observed": np.equal(verdict, 1), "verdict": verdict,
         "to_edge": np.full(count, 90.0), "ratio": np.linspace(0.0, 1.0, count),
-        "w2_normalised_opposite": np.full(count, 0.9), "w2_normalised_lasting": w2n,
+        "w2_normalised_opposite": np.full(count, 0.9), "w2_normalised_lasting": w2n, "is_sure": np.full(count, True),
     } | others  # fmt: skip
     return xr.Dataset(
         {name: ("alpha", values) for name, values in columns.items()},
@@ -154,40 +154,50 @@ def test_a_ratio_before_which_no_sign_is_sure_is_not_the_first_probed():
 
 
 def test_disagreements_are_listed():
-    """Four directions, of which one settles against its prediction and one is undecided; two are not counted."""
+    """One settles against its prediction; what proves nothing, at an edge, undecided, too fast or unsure, is neither for nor against."""
     table = bursts_of(
-        [0.9, -0.4, -0.5, 0.1], [False, True, True, False], [0, 1, 0, 3],
-        to_edge=[90.0, 20.0, 20.0, 4.0], w2_normalised_opposite=[-0.1, 0.9, 0.9, 0.9],
-        w2_normalised_lasting=[0.9, -0.3, -0.2, 0.1], kinetic_growth=[1.0, 1e3, 2.0, 1e2],
+        [0.9, -0.4, -0.5, 0.1, 0.8, 0.7, -0.3], [False, True, True, False, False, False, True], [0, 1, 0, 0, 3, 4, 0],
+        to_edge=[90.0, 20.0, 20.0, 4.0, 90.0, 90.0, 90.0], w2_normalised_opposite=[-0.1, *[0.9] * 6],
+        w2_normalised_lasting=[0.9, -0.3, -0.2, 0.1, 0.8, 0.7, -0.1], kinetic_share=[1e-6, 0.3, 2e-6, 1e-6, 1e-6, 1e-3, 1e-6],
+        is_sure=[True] * 6 + [False],
     )  # fmt: skip
     view = predicted_observed({"a state": table})
-    summary, disagreements, every = view.tables
-    assert summary.rows == [("a state", "2", "1", "0", "0", "0", "0", "1 of 2", "")]
+    summary, worth, disagreements, every = view.tables
+    assert summary.rows == [("a state", "2", "1", "0", "0", "0", "0", "1", "1", "1 of 2", "")]
+    assert [row[1] for row in worth.rows] == ["1 of 2", "50%", "1 of 2", "0 of 0"]
     assert [(row[0], row[6], row[7], row[9]) for row in disagreements.rows] == [
-        ("a state", "settles", "2e+00", "disagrees"), ("a state", "undecided", "1e+02", "not counted: edge"),
-    ]  # fmt: skip
+        ("a state", "settles", "2e-06", "disagrees"),
+        ("a state", "settles", "1e-06", "not counted: sign within its error"),
+    ]
     assert [row[-1] for row in every.rows] == [
-        "not counted: opposite is unstable", "agrees", "disagrees", "not counted: edge",
+        "not counted: opposite is unstable", "agrees", "disagrees", "not counted: edge", "not counted: undecided",
+        "not counted: too fast", "not counted: sign within its error",
     ]  # fmt: skip
-    assert every.marks == ["", "good", "bad", ""]
-    assert view.verdict == "Grains: 1 of 2 directions agree with the prediction."
-    assert "| a state | 107 | 0.67 | -0.50 | -0.20 | settles" not in every.markdown()
-    assert "| a state | 106.7 | 0.67 | -0.50 | -0.20 | fails | settles | disagrees |" in every.markdown()
+    assert [row[5] for row in every.rows][-1] == "unsure"
+    assert every.marks == ["", "good", "bad", "", "", "", ""]
+    assert view.verdict == (
+        "Grains: 1 of 2 directions agree with the prediction (95 % interval 9 to 91 %; 50% would by chance); 1 undecided and 1 pushed "
+        "too fast are not counted."
+    )
+    assert "| fails | settles | disagrees |" in every.markdown()
 
 
 def test_models_are_kept_apart_from_grains(sand):
-    """Their rows test the code, which is said beside the numbers."""
-    grains = bursts_of([0.9, 0.8], [False, False], [0, 0], kinetic_growth=[1.0, 1.0], balance_error=[1e-6, 2e-6])
-    view = predicted_observed({"sand": rd.bursts(sand, rd.directions.rendulic(step=30), 1e-9, 1), "grains": grains})
+    """Their rows test the code, which is said beside the numbers, and no statistics are made of them."""
+    grains = bursts_of([0.9, 0.8], [False, False], [0, 0], kinetic_share=[1e-6, 1e-6], balance_error=[1e-6, 2e-6])
+    view = predicted_observed({"sand": rd.bursts(sand, rd.directions.rendulic(step=30), 1e-9), "grains": grains})
     assert [one.is_watched for one in view.panels] == [False, True]
-    of_grains, of_models = view.tables[:2]
+    of_grains, of_models, worth, *_ = view.tables
     assert [row[0] for row in of_grains.rows] == ["grains"]
     assert of_grains.rows[0][-1] == "2e-06"
     assert [row[0] for row in of_models.rows] == ["sand"]
     assert "a test of the code and no evidence" in of_models.caption
+    assert worth.rows[0][1] == "2 of 2"
+    assert [table.caption for table in view.tables if "worth" in table.caption and "model" in table.caption] == []
+    assert "Grains: 2 of 2 directions" in view.verdict
     assert "Models, a test of the code only: 11 of 11 directions" in view.verdict
     assert view.data.sizes == {"burst": 14}
-    assert np.isnan(view.data.kinetic_growth.values[:12]).all()
+    assert np.isnan(view.data.kinetic_share.values[:12]).all()
     assert view.data.norm.values[[0, -1]].tolist() == [1e-9, 1e-4]
 
 
@@ -195,7 +205,7 @@ def test_models_are_kept_apart_from_grains(sand):
 def motion(sheared_state):
     """Curves of two bursts of grains, and their table."""
     sample, curves = rd.dem.Assembly.from_state(sheared_state), {}
-    table = rd.bursts(sample, rd.directions.axisymmetric([60.0, 130.0]), 1e-5, 200, on_burst=curves.__setitem__)
+    table = rd.bursts(sample, rd.directions.axisymmetric([60.0, 130.0]), 1e-5, rate=5e-8, on_burst=curves.__setitem__)
     return table, {f"{alpha:.1f}": curve for alpha, curve in curves.items()}
 
 

@@ -123,7 +123,13 @@ class MaterialPoint(PointState):
 
     @whole_change
     def burst(
-        self, direction: np.ndarray, norm: float, n_steps: int = 1, *, on_window: Callable[..., None] | None = None
+        self,
+        direction: np.ndarray,
+        norm: float,
+        n_steps: int = 1,
+        *,
+        hold_steps: int = 1,
+        on_window: Callable[..., None] | None = None,
     ) -> xr.Dataset:
         """Increase the load conjugate to a direction a little, in place; see `drive.controllability.burst`.
 
@@ -131,9 +137,9 @@ class MaterialPoint(PointState):
         ----------
         direction, norm
             As there.
-        n_steps, on_window
-            Taken because every specimen takes them: without inertia there is no push of a duration and no window to
-            watch, and both change nothing.
+        n_steps, hold_steps, on_window
+            Taken because every specimen takes them: without inertia there is no push of a duration, no motion and no window to
+            watch, and all of them change nothing.
         """
         return controllability.burst(self, direction, norm)
 

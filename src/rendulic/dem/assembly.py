@@ -205,7 +205,7 @@ class Assembly(SteppedState):
         norm: float,
         n_steps: int,
         *,
-        hold_steps: int | None = None,
+        hold_steps: int = burst.HOLD_STEPS,
         disturbance: str = "push",
         kick: float = 5e-3,
         strain_limit: float = 0.02,
@@ -220,19 +220,19 @@ class Assembly(SteppedState):
         direction : (3,) array
             Unit vector of principal strains.
         norm : float
-            Size of the push; also what travelling is measured by.
+            Size of the push, a strain.
         n_steps : int
-            Of the push, and of the way back.
-        hold_steps : int, optional
-            Longest time under the held load; thirty times `n_steps` by default.
+            Of the push, and of the way back. A kick takes none.
+        hold_steps : int
+            Steps after which an undecided motion is given up.
         disturbance : {"push", "kick"}
             What is done to it: a push along the direction, taken back, or random velocities.
         kick : float
             Kinetic energy of a kick over the stored elastic energy.
         strain_limit : float
-            Strain along `direction` at which a runaway is not followed further.
+            Strain along `direction` beyond which a motion that does not decay is a failure.
         n_records : int
-            Records of the hold, if it lasts ten times `n_steps`.
+            Records of the hold, if it lasts for `hold_steps`; more where the strain grows.
         seed : int
             Of the velocities of a kick.
         on_window : callable, optional
@@ -242,13 +242,18 @@ class Assembly(SteppedState):
         -------
         xarray.Dataset
             Dimension `record`: the curve, with `phase`, strain along the direction, load, energies since rest
-            (J), error of their balance. In `attrs`: `verdict`; `kinetic_growth`, the largest kinetic energy of the
-            hold over that of the disturbance (the affine motion of the push, or the kick); `travelled`, the largest
-            strain along the direction, with its sign, over `norm`; `settled`; `balance_error`.
+            (J), error of their balance. In `attrs`:
 
-            "fails": the kinetic energy grew a hundredfold, and there was no equilibrium: the strain ran to its limit,
-            or the specimen was still flowing at the end. "arrested": it moved by more than ten times the disturbance
-            and then stopped. "settles": it came to rest before. "undecided": still restless within `hold_steps`.
+            - `verdict`. "settles": at rest again, under its load, near by. "arrested": at rest after an avalanche, beyond the
+              push by more than the push itself and a tenth of the elastic strain. "fails": beyond the limit of strain, with a
+              kinetic energy that does not surely decay. "undecided": none of these within `hold_steps`. "too fast": the
+              push was, by the unbalanced force that it made, and what followed proves nothing.
+            - `motion`: the verdict of the motion alone, also after a push that was too fast.
+            - `travelled`: largest strain along the direction, with its sign, over `norm`; `beyond`: the strain by which the
+              specimen left the range of the push, over `elastic_strain`, which is `2 E / (p V)` at rest, E the `stored_energy` in J.
+            - `kinetic_share`: largest kinetic energy after the push over the stored energy; `growth_of_late`: its growth in 1/s
+              over the last half of the motion (negative: decay) with the half width of its 95 % interval, `growth_of_late_error`.
+            - `unbalanced_typical`: median on the way of the push, before grains broke loose, if they did; `w2_of_push`, in J/m3; `steps_held`; `balance_error`.
 
         Raises
         ------
@@ -257,9 +262,8 @@ class Assembly(SteppedState):
         UnstableTimeStep
             If the motion diverges.
         """
-        return burst.burst(
-            self, direction, norm, n_steps, hold_steps, disturbance, kick, strain_limit, n_records, seed, on_window
-        )
+        what = burst.Disturbance(norm, n_steps, disturbance, kick, seed, hold_steps, strain_limit, n_records)
+        return burst.burst(self, direction, what, on_window)
 
     def clone(self) -> Self:
         """An independent assembly in the same state."""

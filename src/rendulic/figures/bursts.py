@@ -28,6 +28,7 @@ LOOKS = {
     "fails": ("X", NEGATIVE, "fails"),
     "arrested": ("D", COLOURS[5], "avalanche, arrested"),
     "undecided": ("s", "#888888", "undecided"),
+    "too fast": ("^", "#bbbbbb", "pushed too fast"),
 }
 LIKE = 0.25  # of a strain: curves that end less far apart share one label
 ENERGIES = (INK, COLOURS[0], COLOURS[1], COLOURS[3], COLOURS[2])
@@ -53,7 +54,7 @@ def _curves(view: BurstCurves) -> Figure:
         energy, strain, balance = figure.subplots(1, 3)
         seen: set[str] = set()
         for curve in view.curves:
-            style = ":" if curve.verdict == "undecided" else "-"
+            style = ":" if curve.verdict in ("undecided", "too fast") else "-"
             colour = LOOKS[curve.verdict][1]
             word = curve.verdict if curve.verdict not in seen else None
             seen.add(curve.verdict)
@@ -61,10 +62,10 @@ def _curves(view: BurstCurves) -> Figure:
             strain.plot(curve.time, curve.strain, style, color=colour, lw=1.0)
         _name_ends(strain, [curve for curve in view.curves if curve.verdict != "settles"])
         for axes in (energy, strain):
-            axes.axvspan(0.0, view.released, color=FAINT, alpha=0.5, lw=0)
-            axes.set_xlabel("time [ms]")
+            axes.axvspan(view.begun, 0.0, color=FAINT, alpha=0.5, lw=0)
+            axes.set_xlabel("time since the load is back [ms]")
         energy.set_yscale("log")
-        energy.set_ylabel("kinetic energy / that of the push")
+        energy.set_ylabel("kinetic energy / stored energy")
         energy.set_title("kinetic energy", loc="left")
         energy.legend(loc="best")
         strain.set_yscale("symlog", linthresh=1.0)
@@ -96,7 +97,7 @@ def _name_ends(axes: Axes, curves: list[BurstCurve]) -> None:
 def _balance(axes: Axes, energies: Energies) -> None:
     for (label, values), colour in zip(energies.parts.items(), ENERGIES, strict=True):
         axes.plot(energies.time, values, color=colour, lw=1.2, label=label)
-    axes.set_xlabel("time [ms]")
+    axes.set_xlabel("time since the load is back [ms]")
     axes.set_ylabel("energy since rest [J]")
     axes.set_title(f"{energies.alpha:.0f}°: balance error {energies.error:.0e}", loc="left")
     axes.legend(loc="best")
@@ -145,7 +146,7 @@ def burst_table(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     """Predicted against observed failure around the Rendulic plane, one row per state.
 
     Each symbol is a burst: its height is the second-order work that predicts (failure below zero), its shape what was
-    observed. Full symbols agree, open ones do not.
+    observed. Open symbols are against the prediction.
 
     Parameters
     ----------
@@ -192,7 +193,7 @@ def _directions(axes: Axes, panel: BurstsOfState) -> None:
     axes.plot(alpha, w2n, color=FAINT, lw=1.0, zorder=1)
     for verdict, (marker, colour, _) in LOOKS.items():
         here = table.verdict.values == VERDICTS.index(verdict)
-        for which, face in ((here & panel.agrees, colour), (here & ~panel.agrees, "white")):
+        for which, face in ((here & ~panel.is_against, colour), (here & panel.is_against, "white")):
             axes.plot(alpha[which], w2n[which], marker, mfc=face, mec=colour, ms=5, ls="none")
     axes.set_ylim(-1.05, 1.1)
     words = "" if panel.is_watched else " (model: a test of the code)"

@@ -21,6 +21,7 @@ LOOKS = {
     "fails": ("x", "--negative"),
     "arrested": ("diamond", "--doubtful"),
     "undecided": ("square", "--muted"),
+    "too fast": ("triangle-up", "--muted"),
 }
 ENERGIES = ("--ink", "--c0", "--c1", "--c3", "--c2")
 MOST_POINTS = 2000  # of Eq. 1; more are thinned out
@@ -61,14 +62,12 @@ def _directions(panel: BurstsOfState) -> list[Trace]:
         here = np.flatnonzero(table.verdict.values == VERDICTS.index(verdict)).tolist()
         if not here:
             continue
-        words = [
-            f"predicted: {'fails' if table.predicted.values[k] else 'settles'}<br>{panel.judgement(k)}" for k in here
-        ]
+        words = [f"predicted: {panel.prediction(k)}<br>{panel.judgement(k)}" for k in here]
         traces.append({
             "type": "scatter", "mode": "markers", "name": verdict, "x": numbers(alpha[here]), "y": numbers(work[here]),
             "marker": {
                 "size": 10, "color": colour,
-                "symbol": [symbol if panel.agrees[k] else f"{symbol}-open" for k in here],
+                "symbol": [f"{symbol}-open" if panel.is_against[k] else symbol for k in here],
             },
             "customdata": words,
             "hovertemplate": "α = %{x:.4~g}°<br>W2n = %{y:.3f}<br>%{customdata}<extra>%{fullData.name}</extra>",
@@ -79,7 +78,7 @@ def _directions(panel: BurstsOfState) -> list[Trace]:
 @interactive(BurstCurves)
 def burst_curves(name: str, views: Mapping[str, BurstCurves]) -> Figure:
     """Kinetic energy, strain and energies of a state, side by side."""
-    time = {"title": {"text": "time [ms]"}}
+    time = {"title": {"text": "time since the load is back [ms]"}}
     return Figure(
         name,
         caption_of(views),
@@ -88,7 +87,7 @@ def burst_curves(name: str, views: Mapping[str, BurstCurves]) -> Figure:
             "height": 420,
             "grid": {"rows": 1, "columns": 3, "pattern": "independent", "xgap": 0.16},
             "xaxis": time, "xaxis2": time, "xaxis3": time,
-            "yaxis": {"title": {"text": "kinetic energy / push"}, "type": "log", "exponentformat": "power"},
+            "yaxis": {"title": {"text": "kinetic / stored energy"}, "type": "log", "exponentformat": "power"},
             "yaxis2": {"title": {"text": "strain / push"}, **_both_signs(_largest(views))},
             "yaxis3": {"title": {"text": "energy since rest [J]"}},
             "legend": {"orientation": "h", "y": -0.2, "yanchor": "top"},
@@ -115,7 +114,7 @@ def _push(view: BurstCurves) -> list[Trace]:
     kinetic = np.concatenate([curve.kinetic[1:] for curve in view.curves])
     strain = np.arcsinh(np.concatenate([curve.strain for curve in view.curves]))
     return [
-        box((0.0, view.released), (float(values.min()), float(values.max())), "--muted", 0.3, xaxis=across, yaxis=up)
+        box((view.begun, 0.0), (float(values.min()), float(values.max())), "--muted", 0.3, xaxis=across, yaxis=up)
         for values, across, up in ((kinetic, "x", "y"), (strain, "x2", "y2"))
     ]
 

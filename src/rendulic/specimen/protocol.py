@@ -83,8 +83,9 @@ class CanBurst(Protocol):
     def burst(self, direction: np.ndarray, norm: float, n_steps: int, **options: Any) -> xr.Dataset:
         """Disturb it under the load conjugate to a direction of strain (3,), in place; a curve with a `verdict`.
 
-        The verdict in its attributes is "settles", "fails", "arrested" or "undecided". Specimens with grains and inertia call
-        the option `on_window` with a `specimen.window.Window`.
+        The verdict in its attributes is "settles", "fails", "arrested", "undecided" or "too fast". Options: `hold_steps`, the
+        longest time under the held load, and `on_window`, which specimens with grains and inertia call with a
+        `specimen.window.Window`.
         """
 
 

@@ -20,6 +20,7 @@ __all__ = [
     "Porosity",
     "Seeds",
     "Step",
+    "Steps",
     "StressRatios",
     "VoidRatios",
     "different",
@@ -70,3 +71,4 @@ Step = Annotated[Positive, Field(ge=0.1), AfterValidator(_divides_the_circle)]
 Friction = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False, strict=True)]
 Damping = Annotated[float, Field(ge=0, lt=1, strict=True)]
 Porosity = Annotated[float, Field(gt=0.2, lt=0.6, strict=True)]
+Steps = Annotated[Whole, Field(ge=1, le=100_000_000)]

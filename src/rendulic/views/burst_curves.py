@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 __all__ = ["BurstCurve", "BurstCurves", "Energies", "Equation1", "burst_curves", "equation_1"]
 
 HELD = 2  # phase of the curve in which the load is held
-SMALLEST = 1e-6  # of the kinetic energy of the disturbance; what is smaller is drawn there
+SMALLEST = 1e-14  # of the stored energy; what is smaller is drawn there
 WORDS = {"settles": "settle", "fails": "fail"}
 CURVES = (
-    "Left: kinetic energy after the push, over that of the push. Middle: strain along the direction of the push, over its "
-    "size. Grey: the push is given and taken back. Right: where the energy of the direction with the largest kinetic "
-    "energy came from and went; the error of its balance is {error:.0e} of the largest term."
+    "Left: kinetic energy over the energy stored at rest. Middle: strain along the direction of the push, over its "
+    "size. Time counts from when the load is back; grey: the push is given and taken back. Right: where the energy of the direction with "
+    "the largest kinetic energy came from and went; the error of its balance is {error:.0e} of the largest term."
 )
 EQUATION = (
     "Eq. 1 of the paper in single time steps: the change of kinetic energy against the work that should equal it, of "
@@ -34,7 +34,7 @@ EQUATION = (
 
 @dataclass(frozen=True, eq=False)
 class BurstCurve:
-    """One direction: `kinetic` over that of the disturbance and `strain` over its size, against `time` in ms."""
+    """One direction: `kinetic` over the stored energy and `strain` over the size of the push, against `time` in ms."""
 
     label: str
     verdict: str
@@ -45,7 +45,7 @@ class BurstCurve:
 
 @dataclass(frozen=True, eq=False)
 class Energies:
-    """Energies since rest in J against `time` in ms, by their names, and the error of their balance."""
+    """Energies since rest in J against `time` in ms from when the load is back, by their names, and the error of their balance."""
 
     alpha: float
     time: np.ndarray
@@ -55,11 +55,11 @@ class Energies:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BurstCurves(View):
-    """Directions of one state; `released` is the time in ms at which the push is taken back."""
+    """Directions of one state; the first push began at the time `begun` in ms, and the load is back at 0."""
 
     curves: tuple[BurstCurve, ...]
     energies: Energies
-    released: float
+    begun: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,9 +92,7 @@ def burst_curves(curves: Mapping[str, xr.Dataset], title: str = "") -> BurstCurv
         If there are no curves, or they are not of grains.
     """
     _check(curves)
-    worst = max(curves.values(), key=lambda curve: curve.attrs["kinetic_growth"])
-    time = next(iter(curves.values())).time.values
-    phase = next(iter(curves.values())).phase.values
+    worst = max(curves.values(), key=lambda curve: curve.attrs["kinetic_share"])
     energies = _energies(worst)
     verdicts = [curve.attrs["verdict"] for curve in curves.values()]
     found = ", ".join(f"{verdicts.count(one)} {WORDS.get(one, one)}" for one in VERDICTS if one in verdicts)
@@ -104,7 +102,7 @@ def burst_curves(curves: Mapping[str, xr.Dataset], title: str = "") -> BurstCurv
         verdict=f"{f'{title}: ' if title else ''}of {len(curves)} directions {found}.",
         curves=tuple(_curve(label, curve) for label, curve in curves.items()),
         energies=energies,
-        released=1e3 * float(time[np.flatnonzero(phase == HELD)[0] - 1]),
+        begun=min(float(_time(curve)[0]) for curve in curves.values()),
     )
 
 
@@ -129,12 +127,18 @@ def _check(curves: Mapping[str, xr.Dataset]) -> None:
             raise InvalidInput(f"curves of bursts are those of rd.burst of grains, {label!r} is none")
 
 
+def _time(curve: xr.Dataset) -> np.ndarray:
+    """In ms, from when the load is back."""
+    first = int(np.flatnonzero(curve.phase.values == HELD)[0])
+    return 1e3 * (curve.time.values - float(curve.time[first - 1]))
+
+
 def _curve(label: str, curve: xr.Dataset) -> BurstCurve:
     return BurstCurve(
         label,
         curve.attrs["verdict"],
-        1e3 * curve.time.values,
-        np.maximum(curve.kinetic_energy.values / curve.attrs["reference_energy"], SMALLEST),
+        _time(curve),
+        np.maximum(curve.kinetic_energy.values / curve.attrs["stored_energy"], SMALLEST),
         curve.strain_along.values / curve.attrs["norm"],
     )
 
@@ -148,4 +152,4 @@ def _energies(curve: xr.Dataset) -> Energies:
         "kinetic": curve.kinetic_energy.values - curve.kinetic_energy.values[0],
     }
     alpha = float(curve.attrs.get("alpha", np.nan))
-    return Energies(alpha, 1e3 * curve.time.values, parts, float(curve.attrs["balance_error"]))
+    return Energies(alpha, _time(curve), parts, float(curve.attrs["balance_error"]))

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rendulic.foundation.errors import InvalidInput
-from rendulic.probing.burst import VERDICTS, judged
+from rendulic.probing.agreement import Agreement, agreement, interval_of, judged
+from rendulic.probing.burst import VERDICTS
 from rendulic.probing.edges import NEAR_EDGE
 from rendulic.views.burst_curves import burst_curves, equation_1
 from rendulic.views.catalogue import StudyFigure
@@ -28,8 +29,9 @@ CAPTION = (
     "Bursts: each state is pushed in a direction and then left to itself under the load that it had. The height of a "
     "symbol is the normalised second-order work W2n of that direction, its shape what was observed. Failure is predicted "
     "where W2n is negative from the size of the push to ten times it; open symbols are against the prediction. Not "
-    f"counted are directions closer than {NEAR_EDGE:g} degrees to an edge of a cone, and stable ones whose opposite is "
-    "unstable: a burst moves either way along its line."
+    f"counted are directions closer than {NEAR_EDGE:g} degrees to an edge of a cone or with a sign within its error, stable ones whose "
+    "opposite is unstable (a burst moves either way along its line), and bursts that prove nothing: undecided ones, and those pushed "
+    "too fast."
 )
 MODEL = (
     "models (a test of the code and no evidence: without inertia there is no motion to be watched, and the verdict "
@@ -37,8 +39,11 @@ MODEL = (
 )
 LARGEST_RATIO = 1e6  # R is infinite at 90 and 270 degrees, but for rounding
 HEADS = (
-    "state", "W2 < 0, lasting", "of them fail", "W2 < 0 at first", "of them do not", "W2 > 0", "of them do not", "agree",
+    "state", "W2 < 0, lasting", "of them fail", "W2 < 0 at first", "of them do not", "W2 > 0", "of them do not", "undecided",
+    "too fast", "agree",
 )  # fmt: skip
+AGREE = HEADS.index("agree")
+PROVE_NOTHING = (VERDICTS.index("undecided"), VERDICTS.index("too fast"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +57,7 @@ class BurstsOfState:
     table : xarray.Dataset
         From `rd.bursts`.
     agrees, counted : (n,) arrays of bool
-        Whether each direction agrees with its prediction, and whether it is counted; see `rd.agreement`.
+        Whether each direction agrees with its prediction, and whether it is counted; see `probing.agreement.judged`.
     state : str
         Which state it is, for figures that move together.
     """
@@ -66,17 +71,27 @@ class BurstsOfState:
     @property
     def is_watched(self) -> bool:
         """Whether the motion after the push was followed, as that of grains is."""
-        return "kinetic_growth" in self.table
+        return "kinetic_share" in self.table
 
     @property
-    def agreeing(self) -> tuple[int, int]:
-        """How many directions agree, and how many are counted."""
-        return int((self.agrees & self.counted).sum()), int(self.counted.sum())
+    def is_against(self) -> np.ndarray:
+        """(n,) bool: directions that did not do what was predicted, counted or not; a burst that proves nothing is none of them."""
+        return ~self.agrees & ~np.isin(self.table.verdict.values, PROVE_NOTHING)
+
+    def prediction(self, k: int) -> str:
+        """Of one direction, in a word."""
+        if not self.table.is_sure.values[k]:
+            return "unsure"
+        return "fails" if self.table.predicted.values[k] else "settles"
 
     def judgement(self, k: int) -> str:
         """Of one direction, in a word or two."""
         if self.counted[k]:
             return "agrees" if self.agrees[k] else "disagrees"
+        if int(self.table.verdict.values[k]) in PROVE_NOTHING:
+            return f"not counted: {VERDICTS[int(self.table.verdict.values[k])]}"
+        if not self.table.is_sure.values[k]:
+            return "not counted: sign within its error"
         return f"not counted: {'edge' if self.table.to_edge.values[k] <= NEAR_EDGE else 'opposite is unstable'}"
 
 
@@ -114,7 +129,7 @@ def predicted_observed(
         )
         if ones
     }
-    parts = [make(kind, ones) for make in (_summary, _disagreements, _every) for kind, ones in kinds.items()]
+    parts = [make(kind, ones) for make in (_summary, _worth, _disagreements, _every) for kind, ones in kinds.items()]
     return PredictedObserved(
         title=title,
         caption=CAPTION,
@@ -147,9 +162,16 @@ def all_rows(tables: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 
 def _verdict(kind: str, ones: list[BurstsOfState]) -> str:
-    good, count = np.sum([one.agreeing for one in ones], axis=0)
-    words = "Grains" if kind == "grains" else "Models, a test of the code only"
-    return f"{words}: {good} of {count} directions agree with the prediction."
+    all_of = agreement([one.table for one in ones])
+    if kind != "grains":
+        return f"Models, a test of the code only: {all_of.agreeing} of {all_of.counted} directions agree with the prediction."
+    worth = f" ({_percent(*all_of.interval)}; {all_of.expected:.0%} would by chance)" if all_of.counted else ""
+    rest = f"{all_of.undecided} undecided and {all_of.too_fast} pushed too fast are not counted"
+    return f"Grains: {all_of.agreeing} of {all_of.counted} directions agree with the prediction{worth}; {rest}."
+
+
+def _percent(low: float, high: float) -> str:
+    return f"95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %"
 
 
 def _counts(one: BurstsOfState) -> list[int]:
@@ -167,19 +189,45 @@ def _summary(kind: str, ones: list[BurstsOfState]) -> Table:
     watched = all(one.is_watched for one in ones)
     rows: list[tuple[str, ...]] = []
     marks: list[Mark] = []
-    counts = [_counts(one) for one in ones]
-    for one, numbers in zip(ones, counts, strict=True):
-        good, count = one.agreeing
+    for one in ones:
+        found = agreement(one.table)
         error = (_error(one.table),) if watched else ()
-        rows.append((one.label, *map(str, numbers), f"{good} of {count}", *error))
-        marks.append("" if not count else "good" if good == count else "doubtful" if good else "bad")
-    total = np.sum(counts, axis=0)
+        rows.append((one.label, *_cells(_counts(one), found), *error))
+        alike = found.agreeing == found.counted
+        marks.append("" if not found.counted else "good" if alike else "doubtful" if found.agreeing else "bad")
     if len(ones) > 1:
-        rows.append(("all", *map(str, total), f"{total[1::2].sum()} of {total[::2].sum()}", *([""] if watched else [])))
+        total = np.sum([_counts(one) for one in ones], axis=0).tolist()
+        rows.append(("all", *_cells(total, agreement([one.table for one in ones])), *([""] if watched else [])))
         marks.append("")
     heads = (*HEADS, "energy balance error") if watched else HEADS
     goes_to = [*(one.state for one in ones), *([""] if len(ones) > 1 else [])]
-    return Table(f"How many directions agree: {kind}", heads, rows, goes_to=goes_to, marks=marks, marked=7)
+    return Table(f"How many directions agree: {kind}", heads, rows, goes_to=goes_to, marks=marks, marked=AGREE)
+
+
+def _cells(counts: list[int], found: Agreement) -> tuple[str, ...]:
+    return *map(str, counts), str(found.undecided), str(found.too_fast), f"{found.agreeing} of {found.counted}"
+
+
+def _worth(kind: str, ones: list[BurstsOfState]) -> Table:
+    """What the share of agreeing directions is worth; of models nothing, as their verdicts repeat the prediction."""
+    found = agreement([one.table for one in ones])
+    rows: list[tuple[str, ...]] = []
+    if kind == "grains" and found.counted:
+        control = interval_of(found.surely_stable_stays, found.surely_stable)
+        rows = [
+            ("agree", f"{found.agreeing} of {found.counted}", _percent(*found.interval)),
+            ("would agree by chance, at the same numbers of failures", f"{found.expected:.0%}", f"Cohen's kappa {found.kappa:.2f}"),
+            (
+                "predicted failures that fail", f"{found.fails_as_predicted} of {found.fails_as_predicted + found.stays_unpredicted}",
+                f"Fisher's exact test: p = {found.p_value:.1g}",
+            ),
+            (
+                "control: W2 surely positive, does not fail", f"{found.surely_stable_stays} of {found.surely_stable}",
+                _percent(*control) if found.surely_stable else "",
+            ),
+        ]  # fmt: skip
+    caption = f"What that is worth: {kind}, directions taken as independent, which those of one state are not"
+    return Table(caption, ("question", "answer", "how sure"), rows)
 
 
 def _error(table: xr.Dataset) -> str:
@@ -188,16 +236,16 @@ def _error(table: xr.Dataset) -> str:
 
 def _disagreements(kind: str, panels: list[BurstsOfState]) -> Table:
     heads = (
-        "state", "α [°]", "R", "W2n", "lasting W2n", "W2n of the opposite", "observed", "energy grew by",
+        "state", "α [°]", "R", "W2n", "lasting W2n", "W2n of the opposite", "observed", "kinetic / stored energy",
         "ran, in pushes", "judged",
     )  # fmt: skip
     rows: list[tuple[str, ...]] = []
     marks: list[Mark] = []
     goes_to: list[str] = []
     for panel in panels:
-        for k in np.flatnonzero(~panel.agrees):
+        for k in np.flatnonzero(panel.is_against):
             one = panel.table.isel(alpha=int(k))
-            grew = f"{float(one.kinetic_growth):.0e}" if "kinetic_growth" in one else ""
+            grew = f"{float(one.kinetic_share):.0e}" if "kinetic_share" in one else ""
             way = f"{float(one.travelled):.1f}" if "travelled" in one else ""
             rows.append((
                 panel.label, *_numbers(one), f"{float(one.w2_normalised_opposite):+.2f}", VERDICTS[int(one.verdict)], grew,
@@ -215,8 +263,9 @@ def _every(kind: str, panels: list[BurstsOfState]) -> Table:
     for panel in panels:
         for k in range(panel.table.sizes["alpha"]):
             one = panel.table.isel(alpha=k)
-            predicted = "fails" if bool(one.predicted) else "settles"
-            rows.append((panel.label, *_numbers(one), predicted, VERDICTS[int(one.verdict)], panel.judgement(k)))
+            rows.append(
+                (panel.label, *_numbers(one), panel.prediction(k), VERDICTS[int(one.verdict)], panel.judgement(k))
+            )
             marks.append(_mark(panel, k))
     heads = ("state", "α [°]", "R", "W2n", "lasting W2n", "predicted", "observed", "judged")
     return Table(f"Every direction: {kind}", heads, rows, marks=marks, marked=7, filter_by="judged")

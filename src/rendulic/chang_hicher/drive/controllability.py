@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["burst"]
 
+VERDICTS = {"target": "settles", "loss of controllability": "fails"}
 LOAD = 1e-3  # of what the mean stress carries elastically over the norm
 
 
@@ -43,7 +44,9 @@ def burst(point: PointState, direction, norm: float) -> xr.Dataset:
     -------
     xarray.Dataset
         As from `MaterialPoint.load`, with `verdict` ("settles" if the load was carried, "fails" if control was
-        lost on the way) and `travelled`, the largest strain along the direction over `norm`.
+        lost on the way, "undecided" if the model ended there for another reason) and `travelled`, the largest strain along the
+        direction over `norm`. The verdict repeats the sign of the tangent by construction: it tests the code, and is no evidence for
+        what second-order work predicts.
     """
     u = finite_array("direction of a burst", direction, (3,))
     if abs(np.linalg.norm(u) - 1.0) > 1e-9:
@@ -60,5 +63,5 @@ def burst(point: PointState, direction, norm: float) -> xr.Dataset:
     end = own.to_end()
     curve = point_curve(point, "burst", [own.record if len(own.record) else at_rest(point)], end)
     travelled = float(u @ (point.eps[:3] - start)) / norm
-    curve.attrs |= {"verdict": "settles" if end == "target" else "fails", "travelled": travelled}
+    curve.attrs |= {"verdict": VERDICTS.get(end, "undecided"), "travelled": travelled}
     return curve

@@ -11,14 +11,13 @@ from pydantic import Field
 
 from rendulic.foundation.validation import Positive
 from rendulic.loading import directions
-from rendulic.loading.rate import STRAIN_PER_STEP, steps_to
 from rendulic.probing.burst import bursts
 from rendulic.probing.cone import Cone, cone_of
 from rendulic.study.task import How, Parts, at_rest
 from rendulic.study.tasks.cones import ConeSet
 from rendulic.study.tasks.measurement import AnyStudy
 from rendulic.study.tasks.of_cones import OfCones
-from rendulic.study.values import Step
+from rendulic.study.values import Step, Steps
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +32,12 @@ class BurstSet(OfCones):
     work: ClassVar[str] = "bursts"
     order: ClassVar[int] = 40
 
-    rate: Positive | None = Field(None, description="strain per time step of the push; 1e-8 if not given; for grains")
+    rate: Positive | None = Field(
+        None, description="strain per time step of pushes and their probes; 1e-8 if not given; for grains"
+    )
+    hold_steps: Steps | None = Field(
+        None, description="steps after which an undecided motion is given up; 200 000 if not given; for grains"
+    )
     step_deg: Step = Field(20.0, description="angle between the directions; more lie within the cones")
     cone_norm: Positive | None = Field(
         None, description="size of the probes whose cone is taken; the set's if not given"
@@ -55,9 +59,8 @@ class BurstSet(OfCones):
             curves[f"burst_{len(curves)}"] = curve.assign_attrs(alpha=alpha)
 
         table = bursts(
-            at_rest(needs, self.damping or 0.0), around_and_within(cone, self.step_deg), float(self.norm or 0.0),
-            steps_to(float(self.norm or 0.0), self.rate or STRAIN_PER_STEP),
-            cone=cone, workers=how.threads, progress=how.progress, on_burst=keep,
+            at_rest(needs, self.damping or 0.0), around_and_within(cone, self.step_deg), float(self.norm or 0.0), rate=self.rate,
+            hold_steps=self.hold_steps, cone=cone, workers=how.threads, progress=how.progress, on_burst=keep,
         )  # fmt: skip
         return {"bursts": table} | curves
 
