@@ -298,8 +298,11 @@ def test_the_map_of_two_sands():
     table = rd.bifurcation_map(rows, norm=1.0, labels=["one", "other"], workers=1)
     assert_allclose(table.first_eta.sel(specimen="one"), 0.42, rtol=0, atol=1e-4)
     assert_array_equal([table.first_eta_from[0], table.first_eta_to[0]], [0.4, 0.5])
-    assert table.first_eta_reason.values.tolist() == ["found", "W2 is positive up to eta = 0.6"]
+    assert table.first_eta_reason.values.tolist() == ["found", "not by eta = 0.6"]
     assert_allclose(table.unstable_share, [0.0, 0.0, 0.5, 0.5])
+    assert_allclose(table.stable_share, [1.0, 1.0, 0.5, 0.5])
+    # the other vanishes above 0.6, if at all: of the median only the lower bound is known
+    assert_allclose([table.first_eta_median_from, table.first_eta_median_to], [0.4, np.nan])
 
 
 def test_stress_probes_lie_on_strain_probes(sand):

@@ -112,7 +112,7 @@ def test_a_state_that_is_missing_leaves_a_gap():
     assert (
         table.first_eta_reason.values.tolist()
         == [
-            "W2 is negative from eta = 0.5 on, the first that was probed",
+            "at or below eta = 0.5, the first that was probed",
         ]
         * 2
     )

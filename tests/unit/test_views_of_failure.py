@@ -12,7 +12,8 @@ from numpy.testing import assert_allclose
 import rendulic as rd
 from rendulic.figures.draw import draw
 from rendulic.foundation.errors import InvalidInput
-from rendulic.probing.bifurcation import first_negative
+from rendulic.probing.amplitude import amplitude_table
+from rendulic.probing.bifurcation import censored_median, first_negative
 from rendulic.probing.edges import UNKNOWN
 from rendulic.report import bifurcation as map_of_page
 from rendulic.report import bursts as bursts_of_page
@@ -45,24 +46,37 @@ def found(sand, virgin):
     return {name: rd.instability_cone(state, norm=1e-7) for name, state in (("eta = 1", sand), ("made", virgin))}
 
 
-def table_of_cones(smallest, edges, uncertainty=0.5):
-    """A map as `rd.bifurcation_map` gives it: smallest W2n of (eta, specimen), NaN if missing; edges of each or None."""
+def table_of_cones(smallest, edges, uncertainty=0.5, unknown=()):
+    """A map as `rd.bifurcation_map` gives it: smallest W2n of (eta, specimen), NaN if missing; edges of each or None.
+
+    `unknown` are the places (eta, specimen) of states without an unstable direction that are unknown from 100 to 120 degrees.
+    """
     smallest = np.array(smallest, dtype=float)
     etas = 0.1 * np.arange(1, len(smallest) + 1)
-    first = [first_negative(etas, column, np.isfinite(column)) for column in smallest.T]
     ends = np.array([[one or (np.nan, np.nan) for one in row] for row in edges])[:, :, None, :]
+    is_unknown = np.zeros(smallest.shape, dtype=bool)
+    is_unknown[tuple(np.array(unknown, dtype=int).reshape(-1, 2).T)] = True
+    is_unstable, is_present = np.isfinite(ends[:, :, 0, 0]), np.isfinite(smallest)
+    is_stable = is_present & ~is_unstable & ~is_unknown
+    columns = zip(smallest.T, is_unstable.T, is_stable.T, is_present.T, strict=True)
+    first = [first_negative(etas, *column) for column in columns]
+    low, high = censored_median(*np.array([one[1:3] for one in first], dtype=float).T)
     axes = ("eta", "specimen")
     return xr.Dataset(
         {
-            "smallest_w2n": (axes, smallest), "is_significant": (axes, np.isfinite(smallest)),
-            "is_unstable": (axes, smallest < 0.0), "drift_share": (axes, np.full(smallest.shape, 1e-3)),
+            "smallest_w2n": (axes, smallest), "is_significant": (axes, is_stable | is_unstable),
+            "is_unstable": (axes, is_unstable), "is_stable": (axes, is_stable), "is_present": (axes, is_present),
+            "smallest_error": (axes, np.full(smallest.shape, 1e-3)),
             "edge_from": ((*axes, "sector"), ends[..., 0]), "edge_to": ((*axes, "sector"), ends[..., 1]),
             "edge_from_uncertainty": ((*axes, "sector"), np.full(ends.shape[:3], uncertainty)),
             "edge_to_uncertainty": ((*axes, "sector"), np.full(ends.shape[:3], uncertainty)),
+            "unknown_from": ((*axes, "unknown_sector"), np.where(is_unknown, 100.0, np.nan)[..., None]),
+            "unknown_to": ((*axes, "unknown_sector"), np.where(is_unknown, 120.0, np.nan)[..., None]),
             "first_eta": ("specimen", [one[0] for one in first]),
             "first_eta_from": ("specimen", [one[1] for one in first]),
             "first_eta_to": ("specimen", [one[2] for one in first]),
             "first_eta_reason": ("specimen", [one[3] for one in first]),
+            "first_eta_median_from": low, "first_eta_median_to": high,
         },
         {"eta": etas, "specimen": [f"seed {k + 1}" for k in range(smallest.shape[1])]},
     )  # fmt: skip
@@ -103,7 +117,8 @@ def test_sectors_go_on_where_they_overlap():
     """Across 0 degrees, too; a sector elsewhere is another one, and a state without any breaks the band."""
     one, turned, other = Sector(350.0, 370.0, 1, 1), Sector(5.0, 20.0, 1, 1), Sector(120.0, 130.0, 1, 1)
     flat = np.zeros(5)
-    track = Track("", np.arange(5.0), ((one,), (turned, other), (), (other,), (one, other)), flat, flat > -1, flat)
+    sectors = ((one,), (turned, other), (), (other,), (one, other))
+    track = Track("", np.arange(5.0), sectors, ((),) * 5, flat, flat > -1, flat)
     bands = [(at, here.first, beyond, there.first) for at, here, beyond, there in track.bands()]
     assert bands == [(0.0, 350.0, 1.0, 365.0), (3.0, 120.0, 4.0, 120.0)]
 
@@ -117,22 +132,77 @@ def test_cones_say_which_states_are_unstable(found):
     )
     (table,) = view.tables
     ((first, last),) = worst.sectors
-    assert table.rows[0][1].startswith(f"{first:.4g} ± ")
-    assert f" to {last % 360.0:.4g} ± " in table.rows[0][1]
-    assert (table.rows[1][1], table.marks) == ("none", ["bad", ""])
+    assert table.rows[0][2].startswith(f"{first:.4g} ± ")
+    assert f" to {last % 360.0:.4g} ± " in table.rows[0][2]
+    assert [row[1] for row in table.rows] == ["unstable", "stable"]
+    assert (table.rows[1][2], table.marks) == ("none", ["bad", ""])
 
 
 def test_each_sample_of_a_map_has_its_own_answer(two_seeds):
-    """Found in one; in the other negative from its first ratio on, which is said and not left out."""
+    """Found in one; in the other unstable at its first ratio, which is said and not left out."""
     view = bifurcation_map({"loose": two_seeds}, "a map")
-    one, other = view.panels[0].samples
+    (panel,) = view.panels
+    one, other = panel.samples
     assert_allclose(one.first, (0.25, 0.2, 0.3))
     assert one.words == "W2 = 0 first at eta = 0.25 (0.2 to 0.3)"
     assert other.first is None
-    assert other.words == "W2 is negative from eta = 0.2 on, the first that was probed"
+    assert other.words == "W2 = 0 first at or below eta = 0.2, the first that was probed"
     assert view.verdict == f"loose: seed 1: {one.words}; seed 2: {other.words}."
-    assert [row[3] for row in view.tables[0].rows] == [one.words, other.words]
-    assert [row[1:3] for row in view.tables[0].rows] == [("4", "2"), ("2", "2")]
+    assert [row[4] for row in view.tables[0].rows] == [one.words, other.words]
+    assert [row[1:4] for row in view.tables[0].rows] == [("4", "2", "0"), ("2", "2", "0")]
+    # the median of one between 0.2 and 0.3 and of one at or below 0.2 is not known from below
+    assert panel.median == "W2 = 0 first at or below eta = 0.3"
+    assert [row[2:] for row in view.tables[1].rows] == [
+        ("0 of 1", "0 of 1", "1 of 1"), ("1 of 2", "0 of 2", "1 of 2"),
+        ("1 of 1", "0 of 1", "0 of 1"), ("2 of 2", "0 of 2", "0 of 2"),
+    ]  # fmt: skip
+
+
+def test_many_samples_of_a_map_have_a_median_of_all():
+    """Also of those that were not found: of five, one is so at the first ratio already, and one never."""
+    smallest = [[-0.1, 0.2, 0.3, 0.2, 0.3], [-0.1, -0.1, 0.1, 0.2, 0.3], [-0.1, -0.1, -0.1, 0.1, 0.2]]
+    edges = [[(120.0, 130.0) if one < 0.0 else None for one in row] for row in smallest]
+    table = table_of_cones(smallest, edges, unknown=[(2, 3)])
+    view = bifurcation_map({"loose": table})
+    assert [one.words for one in view.panels[0].samples] == [
+        "W2 = 0 first at or below eta = 0.1, the first that was probed",
+        "W2 = 0 first at eta = 0.167 (0.1 to 0.2)",
+        "W2 = 0 first at eta = 0.25 (0.2 to 0.3)",
+        "W2 = 0 not by eta = 0.2, unknown at eta = 0.3",
+        "W2 = 0 not by eta = 0.3",
+    ]
+    assert view.verdict == "loose: median of 5 samples: W2 = 0 first between eta = 0.2 and 0.3 (2 of them found)."
+    shares = view.panels[0].shares
+    assert shares.count.tolist() == [5, 5, 5]
+    assert shares.unstable.tolist() == [1, 2, 3]
+    assert shares.unknown.tolist() == [0, 0, 1]
+    assert "seed 4" not in view.verdict
+    assert [row[3] for row in view.tables[0].rows] == ["0", "0", "0", "1", "0"]
+    figure = draw(view)
+    assert len(figure.axes) == 3
+    heights = [bar.get_height() for bar in figure.axes[2].patches]
+    assert_allclose(heights, [1.0] * 3 + [0.2, 0.4, 0.6] + [0.0, 0.0, 0.2], atol=1e-12)
+
+
+def test_an_unknown_state_bounds_the_first_ratio_on_neither_side():
+    """It may have been the first: the lower bound is the last ratio before it, and none if it comes first."""
+    eta, work = np.array([0.1, 0.2, 0.3, 0.4]), np.array([0.3, 0.1, 0.1, -0.1])
+    unstable, there = work < 0.0, np.ones(4, dtype=bool)
+    for unknown, low, words in (
+        ([False, True, False, False], 0.1, "found"),
+        ([True, False, False, False], None, "at or below eta = 0.4, unknown at 0.1"),
+    ):
+        stable = ~unstable & ~np.array(unknown)
+        first, *bounds, reason = first_negative(eta, work, unstable, stable, there)
+        assert reason == words
+        assert_allclose(bounds, [np.nan if low is None else low, 0.4])
+        assert_allclose(first, np.nan if low is None else 0.35)
+    none = np.zeros(4, dtype=bool)
+    assert first_negative(eta, work, none, none, there)[3] == "unknown at eta = 0.1, 0.2, 0.3, ..."
+    assert first_negative(eta, work, none, none, none)[3] == "no state"
+    assert first_negative(eta, work, none, work > 0.0, work > 0.0)[1:] == pytest.approx(
+        (0.3, np.nan, "not by eta = 0.3"), nan_ok=True
+    )
 
 
 def test_samples_of_a_map_are_not_joined(two_seeds):
@@ -148,9 +218,57 @@ def test_samples_of_a_map_are_not_joined(two_seeds):
     assert np.isnan(lines[0].get_ydata()[2])
 
 
-def test_a_ratio_before_which_no_sign_is_sure_is_not_the_first_probed():
-    reason = first_negative(np.array([0.1, 0.2]), np.array([0.01, -0.3]), np.array([False, True]))[3]
-    assert reason == "W2 is negative from eta = 0.2 on, before it no sign is sure"
+def test_what_is_unknown_is_said_counted_and_drawn(virgin):
+    """A state of which nothing is known, and one with a hole: neither is stable, in words, table and both figures."""
+    around = rd.directions.rendulic(step=10)
+    probes = rd.probe(virgin, around, norm=1e-7, n_steps=1)
+    hole, nothing = probes.copy(deep=True), probes.copy(deep=True)
+    hole["w2_normalised"][20:22] = np.nan
+    nothing["w2_normalised"][:] = np.nan
+    view = cones({name: rd.cone_of(one) for name, one in (("all", probes), ("hole", hole), ("nothing", nothing))})
+    assert [row.verdict for row in view.rows] == ["stable", "unknown", "unknown"]
+    assert view.verdict == (
+        "0 of 3 states have unstable directions; of 2 it is not known, as the sign is not sure in some directions."
+    )
+    (table,) = view.tables
+    assert [row[1] for row in table.rows] == ["stable", "unknown", "unknown"]
+    assert [row[3] for row in table.rows] == ["none", "190 to 220°", "all directions"]
+    assert table.marks == ["", "doubtful", "doubtful"]
+    left = draw(view).axes[0]
+    hatched = [bar for bar in left.patches if bar.get_hatch()]
+    assert [(bar.get_x(), bar.get_x() + bar.get_width()) for bar in hatched if bar.get_width() < 360] == [
+        (190.0, 220.0)
+    ]
+    assert [text.get_text() for text in left.texts if text.get_text() in ("none", "unknown")] == ["none", "unknown"]
+    (frame,) = plotted(cones_of_page.cones("cones", {"": view}))
+    (bars,) = [trace for trace in frame.data if trace.type == "bar" and trace.name == "unknown"]
+    assert set(bars.y) == {"hole", "nothing"}
+    said = [trace for trace in frame.data if trace.type == "scatter" and trace.mode == "text"]
+    assert [trace.y for trace in said if "none" in trace.text] == [("all",)]
+    assert (table.rows[2][5], table.rows[2][6]) == ("none", "")
+
+
+def test_unknown_states_of_maps_and_sweeps_are_drawn(virgin):
+    """Dotted from one end to the other, and no smallest value is drawn as sure."""
+    table = table_of_cones([[0.2], [0.1]], [[None], [None]], unknown=[(1, 0)])
+    view = bifurcation_map({"loose": table})
+    assert view.panels[0].samples[0].words == "W2 = 0 not by eta = 0.1, unknown at eta = 0.2"
+    probes = rd.probe(virgin, rd.directions.rendulic(10), [1e-7, 2e-7], 1)
+    probes["w2_normalised"][1, 10:13] = np.nan
+    sweep = amplitude({"sand": amplitude_table(probes)})
+    assert [row[2] for row in sweep.tables[1].rows] == ["stable", "unknown"]
+    assert [row[5] for row in sweep.tables[1].rows] == ["none", "90 to 130°"]
+    for shown, at, ends, render in (
+        (view, 0.2, [100.0, 120.0], map_of_page.bifurcation_map),
+        (sweep, 2e-7, [90.0, 130.0], cones_of_page.amplitude),
+    ):
+        axes = draw(shown).axes[0 if shown is view else 1]
+        dotted = [line for line in axes.lines if np.array_equal(line.get_xdata(), [at, at])]
+        assert_allclose(dotted[0].get_ydata(), ends)
+        (frame,) = plotted(render("a-name", {"": shown}))
+        drawn = [trace for trace in frame.data if trace.type == "scatter" and trace.line.dash == "dot" and trace.line.width == 6]
+        assert len(drawn) == 1
+        assert_allclose([each for each in drawn[0].y if each is not None], [ends[0], np.mean(ends), ends[1]])
 
 
 def test_disagreements_are_listed():
@@ -234,7 +352,7 @@ def test_both_libraries_draw_every_view(found, two_seeds, sand, motion):
     for view, render, panels, frames, traces in (
         (cones(found), cones_of_page.cones, 2, 1, 5),
         (sweep, cones_of_page.amplitude, 2, 1, 6),
-        (bifurcation_map({"loose": two_seeds, "other": two_seeds}), map_of_page.bifurcation_map, 4, 1, 14),
+        (bifurcation_map({"loose": two_seeds, "other": two_seeds}), map_of_page.bifurcation_map, 6, 1, 18),
         (predicted_observed({"a": table, "b": table}), bursts_of_page.predicted_observed, 2, 2, 2),
         (burst_curves(curves), bursts_of_page.burst_curves, 3, 1, 11),
         (equation_1(curves), bursts_of_page.equation_1, 1, 1, 3),
@@ -267,7 +385,8 @@ def test_the_page_draws_sectors_from_edge_to_edge(found):
     across = replace(row, label="across", sectors=(Sector(350.0, 385.0, 0.5, 0.5),))
     page = cones_of_page.cones("cones", {"": replace(view, rows=(*view.rows, across), low=0.0, high=360.0)})
     (frame,) = plotted(page)
-    (bars,) = [trace for trace in frame.data if trace.type == "bar"]
+    bars, unknown = [trace for trace in frame.data if trace.type == "bar"]
+    assert not unknown.y
     drawn = [(at, at + width) for at, width in zip(bars.base, bars.x, strict=True)]
     assert_allclose(drawn, [(first, last), (-10.0, 25.0), (350.0, 385.0)], rtol=1e-4)
     assert bars.y == ("eta = 1", "across", "across")

@@ -25,13 +25,25 @@ if TYPE_CHECKING:
     from rendulic.probing.cone import Cone
     from rendulic.views.sectors import Track
 
-__all__ = ["GREY", "amplitude", "cones", "direction_ticks", "draw_smallest", "draw_track", "landmarks", "say_none"]
+__all__ = [
+    "GREY",
+    "UNKNOWN_FACE",
+    "amplitude",
+    "cones",
+    "direction_ticks",
+    "draw_smallest",
+    "draw_track",
+    "landmarks",
+    "say_none",
+]
 
 GREY = "#777777"
+WORD_BOX: Any = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}  # behind words that stand on something
+UNKNOWN_FACE: Any = {"facecolor": mpl.colors.to_rgba(GREY, 0.15), "edgecolor": GREY, "hatch": "//////"}
 
 
 def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
-    """Unstable sectors as bars with the uncertainty of their edges, beside the smallest W2n with its drift.
+    """Unstable and unknown sectors as bars, with the uncertainty of their edges, beside the smallest W2n with its error.
 
     Parameters
     ----------
@@ -42,8 +54,8 @@ def cones(found: Mapping[str, Cone], title: str = "") -> Figure:
 
     Notes
     -----
-    Open bars: the smallest W2n does not exceed the drift. An edge without an error bar and with a question
-    mark could be made by the drift alone. Right: the bar about a value is the drift's share in it.
+    Red: surely unstable. Grey and hatched: the sign is unknown, which is not stable. An edge without an error bar and with a question
+    mark could be made by the error alone. Right: the bar about a value is its error; open where its sign is not sure.
     """
     return _cones(cones_view(found, title))
 
@@ -57,7 +69,7 @@ def _cones(view: ConesView) -> Figure:
             _sector_bars(left, row, cone, view.low, view.high)
             colour = NEGATIVE if cone.smallest < 0.0 else COLOURS[0]
             right.errorbar(
-                cone.smallest, row, xerr=cone.drift_share, fmt="o", ms=4.5, color=colour, capsize=2.5, lw=1.0,
+                cone.smallest, row, xerr=np.nan_to_num(cone.error), fmt="o", ms=4.5, color=colour, capsize=2.5, lw=1.0,
                 mfc=colour if cone.is_significant else "white",
             )  # fmt: skip
         landmarks([left], view.low, view.high)
@@ -76,24 +88,29 @@ def _cones(view: ConesView) -> Figure:
 
 
 def _sector_bars(axes: Axes, row: int, cone: ConeOfState, low: float, high: float) -> None:
-    if not cone.sectors:
+    if cone.verdict == "stable":
         say_none(axes, row)
-    face = mpl.colors.to_rgba(NEGATIVE, 0.35 * cone.is_significant)
-    for sector in (turned for one in cone.sectors for turned in one.within(low, high)):
-        axes.barh(
-            row, sector.last - sector.first, left=sector.first, height=0.5, facecolor=face, edgecolor=NEGATIVE, lw=0.8
-        )
-        for at, width in sector.edges:
-            if is_unknown(width):
-                axes.annotate("?", (at, row), ha="center", va="center", color=INK, fontsize=9, annotation_clip=True)
-            else:
-                axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
+    bar: Any = {"height": 0.5, "lw": 0.8}
+    seen = [turned for one in cone.sectors for turned in one.within(low, high)]
+    for sector in seen:
+        face = mpl.colors.to_rgba(NEGATIVE, 0.35)
+        axes.barh(row, sector.last - sector.first, left=sector.first, facecolor=face, edgecolor=NEGATIVE, **bar)
+    for sector in (turned for one in cone.unknown for turned in one.within(low, high)):
+        axes.barh(row, sector.last - sector.first, left=sector.first, **UNKNOWN_FACE, **bar)
+    for at, width in (edge for sector in seen for edge in sector.edges):
+        if is_unknown(width):
+            look: Any = {"color": INK, "fontsize": 9, "fontweight": "bold", "bbox": WORD_BOX, "annotation_clip": True}
+            axes.annotate("?", (at, row), ha="center", va="center", **look)
+        else:
+            axes.errorbar(at, row, xerr=width, fmt="none", color=INK, capsize=3, lw=1.1, capthick=1.1)
+    if sum(one.last - one.first for one in cone.unknown) >= 360.0:
+        say_none(axes, row, words="unknown")
 
 
-def say_none(axes: Axes, height: float, unit: str = "data") -> None:
+def say_none(axes: Axes, height: float, unit: str = "data", words: str = "none") -> None:
     """The word for a state without a cone, in the middle of the axes and at this height."""
-    where = ("axes fraction", unit)
-    axes.annotate("none", (0.5, height), xycoords=where, ha="center", va="center", color=GREY, fontsize=8)
+    look: Any = {"ha": "center", "va": "center", "color": GREY, "fontsize": 8, "bbox": WORD_BOX}
+    axes.annotate(words, (0.5, height), xycoords=("axes fraction", unit), **look)
 
 
 def direction_ticks(axis: Any, low: float, high: float) -> None:
@@ -102,7 +119,7 @@ def direction_ticks(axis: Any, low: float, high: float) -> None:
 
 
 def draw_track(axes: Axes, track: Track, low: float, high: float, colour: str, shift: float = 0.0) -> None:
-    """Sectors of a track from edge to edge, joined where one goes on in the next; abscissas moved by `shift`."""
+    """Sectors of a track from edge to edge, joined where one goes on in the next; unknown ones dotted; abscissas moved by `shift`."""
     for at, one, beyond, other in track.bands():
         for turn in (turned.first - one.first for turned in one.within(low, high)):
             pair = (at + shift, beyond + shift)
@@ -110,7 +127,10 @@ def draw_track(axes: Axes, track: Track, low: float, high: float, colour: str, s
             axes.fill_between(pair, first, last, color=colour, alpha=0.15, lw=0)
             for ends in (first, last):
                 axes.plot(pair, ends, "-", color=colour, lw=1.0)
-    for at, here in zip(track.at + shift, track.sectors, strict=True):
+    for at, here, unknown in zip(track.at + shift, track.sectors, track.unknown, strict=True):
+        for sector in (turned for one in unknown for turned in one.within(low, high)):
+            ends = [sector.first, sector.last]
+            axes.plot([at, at], ends, color=GREY, lw=4.0, ls=(0, (0.35, 0.35)), solid_capstyle="butt", zorder=1.5)
         for sector in (turned for one in here for turned in one.within(low, high)):
             axes.plot([at, at], [sector.first, sector.last], "-", color=colour, lw=2.5, alpha=0.35)
             for edge, width in sector.edges:
@@ -164,8 +184,8 @@ def amplitude(tables: Mapping[str, xr.Dataset], title: str = "") -> Figure:
 
     Notes
     -----
-    Grey: values that the drift of the null probe could make; open dots do not exceed it, nor do the edges of open dots.
-    Blue: the plateau, where the smallest W2n does not depend on the size.
+    Grey: values that the error could make; open dots do not exceed it, nor do the edges of open dots. Below, grey and dotted:
+    directions whose sign is unknown. Blue: the plateau, where the smallest W2n does not depend on the size.
 
     Raises
     ------
@@ -186,7 +206,7 @@ def _amplitude(view: Amplitude) -> Figure:
             words = f"plateau {one.found if one.plateau else 'none'}"
             upper.annotate(words, (0.0, 1.03), xycoords="axes fraction", fontsize=8, color=COLOURS[0])
             lower.set_xlabel(view.quantity)
-        smallest = np.concatenate([one.track.smallest for one in view.columns])
+        smallest = np.concatenate([[0.0], *(one.track.smallest for one in view.columns)])
         grid[0, 0].set_ylim(min(-0.4, 1.15 * np.nanmin(smallest)), max(0.4, 1.15 * np.nanmax(smallest)))
         grid[0, 0].set_ylabel(r"smallest $W_{2n}$")
         grid[1, 0].set_ylabel("edges of the\nunstable sectors  [deg]")
@@ -198,8 +218,8 @@ def _amplitude(view: Amplitude) -> Figure:
 
 def _amplitude_column(upper: Axes, lower: Axes, one: Sizes, view: Amplitude) -> None:
     track = one.track
-    share = np.minimum(np.nan_to_num(track.drift_share, nan=2.0), 2.0)
-    upper.fill_between(track.at, -share, share, color=FAINT, lw=0, label="drift")
+    error = np.minimum(np.nan_to_num(track.error, nan=2.0), 2.0)
+    upper.fill_between(track.at, -error, error, color=FAINT, lw=0, label="error")
     draw_smallest(upper, track, NEGATIVE)
     upper.set_xscale("log")
     if np.log10(track.at[-1] / track.at[0]) < 2.0:  # decades alone would leave the axis without numbers
@@ -209,6 +229,6 @@ def _amplitude_column(upper: Axes, lower: Axes, one: Sizes, view: Amplitude) -> 
     for axes in (upper, lower):
         if one.plateau:
             axes.axvspan(*one.plateau, color=COLOURS[4], alpha=0.18, lw=0, zorder=0)
-    if not any(track.sectors):
+    if not track.every:
         say_none(lower, 0.5, "axes fraction")
     draw_track(lower, track, view.low, view.high, NEGATIVE)

@@ -13,6 +13,7 @@ from rendulic.foundation.progress import Progress, silent
 from rendulic.loading.directions import Directions
 from rendulic.probing.cone import cone_of, probe_to_edges
 from rendulic.probing.cone_table import cone_table
+from rendulic.probing.edges import signs_of
 from rendulic.probing.probe import warn_of_doubts
 from rendulic.specimen.protocol import Specimen
 
@@ -46,7 +47,7 @@ def cones_by_amplitude(
     1. One sweep reads every direction at all norms (`rd.probe`); the edges of all norms are bisected together, and
        every probe serves all of them.
     2. The plateau is the widest range of successive norms, three at least and a factor of 3 or more, in which the
-       smallest W2n always exceeds the drift and changes by less than `change`.
+       smallest W2n always exceeds its error and changes by less than `change`.
 
     Parameters
     ----------
@@ -62,9 +63,9 @@ def cones_by_amplitude(
     Returns
     -------
     xarray.Dataset
-        Dimension `norm`: `smallest_w2n`, `smallest_alpha`, `drift_share`, `opening`, the edges and their uncertainties
-        (dimension `sector`, directions of strain), `is_plateau`. `w2_normalised` of all probes, dimensions
-        `norm` and `alpha`. The attributes say `plateau_from` and `plateau_to` (NaN if there is none),
+        Dimension `norm`: `smallest_w2n`, `smallest_alpha`, `smallest_error`, `opening`, the edges and their uncertainties
+        (dimension `sector`, directions of strain), the sectors of unknown sign (`unknown_sector`), `is_plateau`. `w2_normalised` of
+        all probes and its sign where it is sure, `w2_sign`, dimensions `norm` and `alpha`. The attributes say `plateau_from` and `plateau_to` (NaN if there is none),
         `plateau_w2n`, the mean of the smallest W2n in it, `plateau_verdict` and `plateau_change`.
 
     Raises
@@ -98,13 +99,15 @@ def amplitude_table(probed: xr.Dataset, change: float = 0.05) -> xr.Dataset:
     table = cone_table(cones, {"norm": probed.norm})
     for name in ("w2_normalised", "w2_drift", "w2_macro"):
         table[name] = probed[name]
+    table["w2_sign"] = signs_of(probed)
+    table["w2_sign"].attrs = {"long_name": "sign of the second-order work where it is sure, else 0"}
     found = plateau(sizes, table.smallest_w2n.values, table.is_significant.values, change)
     inside = np.zeros(len(sizes), dtype=bool)
     if found is not None:
         inside[slice(*found)] = True
         verdict = f"from {sizes[inside][0]:.3g} to {sizes[inside][-1]:.3g}"
     elif not table.is_significant.any():
-        verdict = "none: no smallest W2n exceeds the drift"
+        verdict = "none: no smallest W2n exceeds its error"
     else:
         verdict = f"none: nowhere does the smallest W2n change by less than {change:g} over a factor of {LEAST_SPAN:g}"
     table["is_plateau"] = ("norm", inside, {"long_name": "norm within the plateau of the smallest W2n"})
@@ -126,7 +129,7 @@ def plateau(norms: np.ndarray, smallest: np.ndarray, is_sure: np.ndarray, change
     Parameters
     ----------
     norms, smallest, is_sure : (n,) arrays
-        Increasing norms, the smallest W2n of each, and whether it exceeds the drift.
+        Increasing norms, the smallest W2n of each, and whether its sign is sure.
     change : float
         Largest less smallest value within the range.
 

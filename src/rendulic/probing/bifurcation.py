@@ -19,7 +19,7 @@ from rendulic.tensors.invariants import stress_ratio
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["bifurcation_map", "first_negative", "map_of", "states_along"]
+__all__ = ["bifurcation_map", "censored_median", "first_negative", "map_of", "states_along"]
 
 MaybeSpecimen = Specimen | None  # None: it has no such state
 THERE = 1e-9  # of a stress ratio that need not be loaded to
@@ -98,10 +98,13 @@ def bifurcation_map(
     -------
     xarray.Dataset
         Dimensions `eta`, `specimen`, `sector`; for each state as `rd.cone_ensemble`, with its `measured_eta`, and the
-        summaries over specimens at each eta. For each specimen `first_eta`: where the smallest W2n vanishes,
-        linear between the last ratio at which it is positive and the first at which it is negative, each time
-        larger than the drift; `first_eta_from` and `first_eta_to` are these two, the uncertainty.
-        `first_eta_reason` says why there is none.
+        summaries over specimens at each eta, `unstable_share` among them. For each specimen `first_eta_from` and
+        `first_eta_to`: the last ratio up to which it is surely stable at all ratios, and the first at which it is surely
+        unstable; W2 first vanishes between the two. NaN where there is no such ratio: then it does so at or below
+        `first_eta_to`, or not by `first_eta_from`. Where there are both, `first_eta` is where the smallest W2n vanishes, linear
+        between the last ratio at which it is surely positive and the first at which it is surely negative.
+        `first_eta_reason` says all that in words. Over the specimens, counting those that have only one of
+        the two, the median lies between `first_eta_median_from` and `first_eta_median_to`.
 
     Raises
     ------
@@ -147,19 +150,27 @@ def map_of(cones: Mapping[float, Sequence[Cone | None]], labels: Sequence[Any] |
     grid[:] = [list(cones[eta]) for eta in etas]
     table = cone_table(grid, {"eta": etas, "specimen": labels})
     table.eta.attrs = {"long_name": "stress ratio q/p", "units": "1"}
+    columns = [table.isel(specimen=k) for k in range(count)]
     first = [
-        first_negative(np.array(etas), table.smallest_w2n.values[:, k], table.is_significant.values[:, k])
-        for k in range(count)
+        first_negative(
+            np.array(etas), one.smallest_w2n.values, one.is_unstable.values, one.is_stable.values, one.is_present.values
+        )
+        for one in columns
     ]
     for name, label, column in (
         ("first_eta", "stress ratio at which W2 first vanishes", 0),
-        ("first_eta_from", "last stress ratio before it with W2 positive", 1),
-        ("first_eta_to", "first stress ratio with W2 negative", 2),
+        ("first_eta_from", "last stress ratio up to which all are surely stable", 1),
+        ("first_eta_to", "first stress ratio that is surely unstable", 2),
     ):
         values = np.array([row[column] for row in first], dtype=float)
         table[name] = ("specimen", values, {"long_name": label, "units": "1"})
-    about = {"long_name": "how the first stress ratio was found, or why not"}
+    about = {"long_name": "where W2 first vanishes, in words"}
     table["first_eta_reason"] = ("specimen", np.array([row[3] for row in first]), about)
+    known = table.is_present.any("eta").values
+    low, high = censored_median(table.first_eta_from.values[known], table.first_eta_to.values[known])
+    for name, value, side in (("from", low, "lower"), ("to", high, "upper")):
+        about = {"long_name": f"{side} bound of the median of the specimens", "units": "1"}
+        table[f"first_eta_median_{name}"] = ((), value, about)
     kinds = {cone.kind for cone in grid.flat if cone is not None}
     return with_spread(table).assign_attrs(kind=", ".join(kinds))
 
@@ -180,33 +191,83 @@ def _checked_labels(labels: Sequence[Any] | None, counts: set[int]) -> list[Any]
     return labels
 
 
-def first_negative(eta: np.ndarray, smallest: np.ndarray, is_sure: np.ndarray) -> tuple[float, float, float, str]:
+def first_negative(
+    eta: np.ndarray, smallest: np.ndarray, is_unstable: np.ndarray, is_stable: np.ndarray, is_present: np.ndarray
+) -> tuple[float, float, float, str]:
     """The first eta at which the smallest W2n vanishes, the ratios on both sides of it, and how it was found.
+
+    The lower ratio is the last one up to which every state is surely stable: one that is unknown can be the first. The upper one
+    is the first that is surely unstable. Ratios without a state are left out.
 
     Parameters
     ----------
-    eta, smallest, is_sure : (n,) arrays
-        Increasing ratios, the smallest W2n of each (NaN: no such state), and whether it exceeds the drift.
+    eta, smallest : (n,) arrays
+        Increasing ratios, and the smallest W2n of each; NaN where there is none.
+    is_unstable, is_stable, is_present : (n,) arrays of bool
+        What is sure of each, and whether there is such a state. One that is there and neither is unknown.
+
+    Returns
+    -------
+    (float, float, float, str)
+        NaN for what is not known.
 
     Examples
     --------
-    >>> first_negative(np.array([0.2, 0.4, 0.6]), np.array([0.3, 0.1, -0.1]), np.ones(3, dtype=bool))
+    >>> ratios, work, there = np.array([0.2, 0.4, 0.6]), np.array([0.3, 0.1, -0.1]), np.ones(3, dtype=bool)
+    >>> first_negative(ratios, work, work < 0, work > 0, there)
     (0.5, 0.4, 0.6, 'found')
+    >>> first_negative(ratios, np.array([0.1, 0.0, -0.1]), work < 0, work > 0.2, there)
+    (0.4, 0.2, 0.6, 'found')
     """
-    nowhere = (float("nan"),) * 3
-    sure = np.flatnonzero(is_sure & np.isfinite(smallest))
-    if not len(sure):
-        return (*nowhere, "no smallest W2n exceeds the drift")
-    negative = sure[smallest[sure] < 0.0]
-    if not len(negative):
-        return (*nowhere, f"W2 is positive up to eta = {eta[sure[-1]]:g}")
-    after = int(negative[0])
-    positive = sure[(sure < after) & (smallest[sure] > 0.0)]
-    if not len(positive):
-        probed = np.isfinite(smallest[:after]).any()
-        reason = "before it no sign is sure" if probed else "the first that was probed"
-        return (*nowhere, f"W2 is negative from eta = {eta[after]:g} on, {reason}")
-    before = int(positive[-1])
-    share = smallest[before] / (smallest[before] - smallest[after])
-    at = float(eta[before] + share * (eta[after] - eta[before]))
-    return at, float(eta[before]), float(eta[after]), "found"
+    nan = float("nan")
+    eta, smallest, is_unstable, is_stable = (each[is_present] for each in (eta, smallest, is_unstable, is_stable))
+    if not len(eta):
+        return nan, nan, nan, "no state"
+    leading = (
+        len(eta) if is_stable.all() else int(np.argmin(is_stable))
+    )  # ratios from the first on that are surely stable
+    low = float(eta[leading - 1]) if leading else nan
+    is_unknown = ~is_stable & ~is_unstable
+    if not is_unstable.any():
+        unknown = f"unknown at eta = {_some(eta[is_unknown])}"
+        if leading:
+            return nan, low, nan, f"not by eta = {low:g}" + (f", {unknown}" if is_unknown.any() else "")
+        return nan, nan, nan, unknown
+    after = int(np.argmax(is_unstable))
+    high = float(eta[after])
+    if not leading:
+        before = f"unknown at {_some(eta[:after][is_unknown[:after]])}" if after else "the first that was probed"
+        return nan, nan, high, f"at or below eta = {high:g}, {before}"
+    last = int(np.flatnonzero(is_stable[:after])[-1])
+    share = smallest[last] / (smallest[last] - smallest[after])
+    return float(eta[last] + share * (eta[after] - eta[last])), low, high, "found"
+
+
+def _some(values: np.ndarray) -> str:
+    """Ratios as they are said, the first three of many."""
+    return ", ".join(f"{value:g}" for value in values[:3]) + (", ..." if len(values) > 3 else "")
+
+
+def censored_median(low: np.ndarray, high: np.ndarray) -> tuple[float, float]:
+    """Bounds of the median of values of which only bounds are known; NaN where it has none.
+
+    Parameters
+    ----------
+    low, high : (n,) arrays
+        Of each value, NaN where there is none.
+
+    Examples
+    --------
+    One between 0.2 and 0.3, one at or below 0.2, and one above 0.6:
+
+    >>> nan = float("nan")
+    >>> censored_median(np.array([0.2, nan, 0.6]), np.array([0.3, 0.2, nan]))
+    (0.2, 0.3)
+    >>> censored_median(np.array([0.2, 0.6]), np.array([0.3, nan]))
+    (0.2, nan)
+    """
+    if not len(low):
+        return float("nan"), float("nan")
+    first = float(np.quantile(np.where(np.isnan(low), -np.inf, low), 0.5, method="lower"))
+    last = float(np.quantile(np.where(np.isnan(high), np.inf, high), 0.5, method="higher"))
+    return (first if np.isfinite(first) else float("nan")), (last if np.isfinite(last) else float("nan"))

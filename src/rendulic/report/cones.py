@@ -13,13 +13,14 @@ from rendulic.report.tracks import box, edge_traces, level, sector_traces, small
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
 from rendulic.views.amplitude import Amplitude, Sizes
 from rendulic.views.cones import ConeOfState, ConesView
-from rendulic.views.sectors import Track
+from rendulic.views.sectors import Sector, Track
 
 __all__ = ["amplitude", "cones"]
 
 ROW = 26  # pixels
 MOST_TICKS = 8
 ZERO = {"color": "--negative", "width": 1.2, "dash": "dash"}
+HATCHED = {"color": "--muted", "opacity": 0.5, "pattern": {"shape": "/", "size": 6, "solidity": 0.4}}
 ISOCHORIC = {"color": "--muted", "width": 1, "dash": "dot"}
 
 
@@ -47,23 +48,21 @@ def cones(name: str, views: Mapping[str, ConesView]) -> Figure:
 
 
 def _rows(view: ConesView, low: float, high: float) -> list[Trace]:
-    seen = [(row, one) for row in view.rows for sector in row.sectors for one in sector.within(low, high)]
+    seen, open_ones = (
+        [(row, one) for row in view.rows for sector in which(row) for one in sector.within(low, high)]
+        for which in (lambda row: row.sectors, lambda row: row.unknown)
+    )
     labels = [row.label for row in view.rows]
     ends = [labels[0], labels[-1]]
     points = [(row.label, edge, width) for row, one in seen for edge, width in one.edges]
-    none = [row.label for row in view.rows if not row.sectors]
+    none = [row.label for row in view.rows if row.verdict == "stable"]
     line: Trace = {"type": "scatter", "mode": "lines", "hoverinfo": "skip", "y": ends}
     return [
         _smallest(view.rows),  # first: it has all rows in their order
         line | {"x": [ISOCHORIC_COMPRESSION] * 2, "line": ISOCHORIC, "name": "undrained compression"},
         line | {"x": [0, 0], "xaxis": "x2", "line": ZERO, "showlegend": False},
-        {
-            "type": "bar", "orientation": "h", "y": [row.label for row, _ in seen], "showlegend": False,
-            "base": numbers([one.first for _, one in seen]), "x": numbers([one.last - one.first for _, one in seen]),
-            "marker": {"color": "--negative", "opacity": [0.75 if row.is_significant else 0.25 for row, _ in seen]},
-            "width": 0.6, "text": [str(one) for _, one in seen], "textposition": "none",
-            "hovertemplate": "%{y}<br>unstable from %{text}<extra></extra>",
-        },
+        _bars(seen, "unstable") | {"marker": {"color": "--negative", "opacity": 0.75}},
+        _bars(open_ones, "unknown") | {"marker": HATCHED, "name": "unknown", "showlegend": bool(open_ones)},
         *edge_traces(points, upright=False),
         {
             "type": "scatter", "mode": "text", "y": none, "x": [0.5 * (low + high)] * len(none),
@@ -72,11 +71,20 @@ def _rows(view: ConesView, low: float, high: float) -> list[Trace]:
     ]  # fmt: skip
 
 
+def _bars(seen: list[tuple[ConeOfState, Sector]], what: str) -> Trace:
+    return {
+        "type": "bar", "orientation": "h", "y": [row.label for row, _ in seen], "showlegend": False,
+        "base": numbers([one.first for _, one in seen]), "x": numbers([one.last - one.first for _, one in seen]),
+        "width": 0.6, "text": [str(one) for _, one in seen], "textposition": "none",
+        "hovertemplate": f"%{{y}}<br>{what} from %{{text}}<extra></extra>",
+    }  # fmt: skip
+
+
 def _smallest(rows: tuple[ConeOfState, ...]) -> Trace:
     return {
         "type": "scatter", "mode": "markers", "xaxis": "x2", "showlegend": False,
         "x": numbers([row.smallest for row in rows]), "y": [row.label for row in rows],
-        "error_x": {"array": numbers([row.drift_share for row in rows]), "thickness": 1, "color": "--muted"},
+        "error_x": {"array": numbers([row.error for row in rows]), "thickness": 1, "color": "--muted"},
         "marker": {
             "symbol": ["circle" if row.is_significant else "circle-open" for row in rows], "size": 8,
             "color": ["--negative" if row.smallest < 0.0 else "--c0" for row in rows],
@@ -128,10 +136,10 @@ def _ticks(tracks: list[Track]) -> dict[str, Any]:
 def _sizes(one: Sizes, low: float, high: float, depth: tuple[float, float]) -> list[Trace]:
     track = one.track
     ends = (float(track.at[0]), float(track.at[-1]))
-    share = np.minimum(np.nan_to_num(track.drift_share, nan=2.0), 2.0)
+    error = np.minimum(np.nan_to_num(track.error, nan=2.0), 2.0)
     filled: Trace = {"type": "scatter", "mode": "lines", "fill": "toself", "hoverinfo": "skip", "opacity": 0.4}
-    around = {"x": numbers([*track.at, *track.at[::-1]]), "y": numbers([*share, *-share[::-1]])}
-    traces: list[Trace] = [filled | around | {"name": "drift", "line": {"color": "--muted", "width": 0}}]
+    around = {"x": numbers([*track.at, *track.at[::-1]]), "y": numbers([*error, *-error[::-1]])}
+    traces: list[Trace] = [filled | around | {"name": "error", "line": {"color": "--muted", "width": 0}}]
     if one.plateau:
         traces.append(box(one.plateau, depth, "--c0", 0.25, name="plateau", showlegend=True))
         traces.append(box(one.plateau, (low, high), "--c0", 0.25, yaxis="y2"))

@@ -42,7 +42,9 @@ def edge_traces(points: Sequence[tuple[float | str, float, float]], upright: boo
 
 
 def sector_traces(track: Track, low: float, high: float, colour: str, shift: float, common: Trace) -> list[Trace]:
-    """Bars from edge to edge, with their uncertainty; shaded between neighbours where one sector goes on in the next."""
+    """Bars from edge to edge, with their uncertainty, and dotted ones where the sign is unknown; shaded between neighbours where
+    one sector goes on in the next.
+    """
     base: Trace = {"type": "scatter", "name": track.label, "showlegend": False} | common
     x: list[float | None] = []
     y: list[float | None] = []
@@ -54,34 +56,41 @@ def sector_traces(track: Track, low: float, high: float, colour: str, shift: flo
     if x:
         filled = {"mode": "lines", "fill": "toself", "line": {"color": colour, "width": 1}, "hoverinfo": "skip"}
         traces.append(base | filled | {"x": x, "y": y, "opacity": 0.35})
-    seen = [
-        (_short(at + shift)[0], sector)
-        for at, here in zip(track.at, track.sectors, strict=True)
-        for one in here
-        for sector in one.within(low, high)
-    ]
+
+    def within(states: tuple[tuple[Sector, ...], ...]) -> list[tuple[float, Sector]]:
+        return [
+            (_short(at + shift)[0], sector)
+            for at, here in zip(track.at, states, strict=True)
+            for one in here
+            for sector in one.within(low, high)
+        ]
+
+    open_ones, seen = within(track.unknown), within(track.sectors)
+    if open_ones:
+        traces.append(base | _bars(open_ones, "--muted", "unknown") | {"opacity": 0.6})
     if seen:
-        traces.append(base | _bars(seen, colour))
+        traces.append(base | _bars(seen, colour, "unstable"))
     points = [(at, edge, width) for at, sector in seen for edge, width in sector.edges]
     return traces + edge_traces(points, **common)
 
 
-def _bars(seen: list[tuple[float, Sector]], colour: str) -> Trace:
+def _bars(seen: list[tuple[float, Sector]], colour: str, what: str) -> Trace:
     x = [each for at, _ in seen for each in (at, at, at, None)]
     y = [each for _, one in seen for each in (*_short(one.first, one.middle, one.last), None)]
-    words = [each for at, one in seen for each in (*[f"{at:.4g}: unstable from {one}"] * 3, None)]
+    words = [each for at, one in seen for each in (*[f"{at:.4g}: {what} from {one}"] * 3, None)]
     return {
-        "mode": "lines", "x": x, "y": y, "line": {"color": colour, "width": 6}, "text": words,
+        "mode": "lines", "x": x, "y": y, "text": words,
+        "line": {"color": colour, "width": 6} | ({"dash": "dot"} if what == "unknown" else {}),
         "hovertemplate": "%{text}<extra>%{fullData.name}</extra>",
     }  # fmt: skip
 
 
 def smallest_trace(track: Track, colour: str, symbol: str, **common: Any) -> Trace:
-    """Smallest W2n along a track with the drift's share in it, open where its sign is not sure."""
+    """Smallest W2n along a track with its error, open where its sign is not sure."""
     return {
         "type": "scatter", "mode": "lines+markers", "name": track.label,
         "x": numbers(track.at), "y": numbers(track.smallest),
-        "error_y": {"array": numbers(track.drift_share), "thickness": 1}, "line": {"color": colour},
+        "error_y": {"array": numbers(track.error), "thickness": 1}, "line": {"color": colour},
         "marker": {
             "symbol": [symbol if sure else f"{symbol}-open" for sure in track.is_significant], "size": 8, "color": colour,
         },
@@ -91,7 +100,7 @@ def smallest_trace(track: Track, colour: str, symbol: str, **common: Any) -> Tra
 
 def work_range(tracks: Iterable[Track]) -> tuple[float, float]:
     """Values of W2n to show, the smallest of all tracks and zero among them."""
-    work = np.concatenate([track.smallest for track in tracks])
+    work = np.concatenate([[0.0], *(track.smallest for track in tracks)])
     return min(1.15 * float(np.nanmin(work)), -0.2), max(1.15 * float(np.nanmax(work)), 0.4)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from rendulic.foundation.errors import InvalidInput
 from rendulic.probing.amplitude import amplitude_table
 from rendulic.views.catalogue import StudyFigure
-from rendulic.views.sectors import Sector, Track, direction_range
+from rendulic.views.sectors import MARKS, Sector, Track, direction_range, give_work
 from rendulic.views.view import Mark, Table, View
 
 if TYPE_CHECKING:
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from rendulic.study.results import Results
     from rendulic.study.store.unit import Unit
 
-__all__ = ["STUDY_FIGURES", "Amplitude", "Sizes", "amplitude", "sectors_in", "sweeps"]
+__all__ = ["STUDY_FIGURES", "Amplitude", "Sizes", "amplitude", "sectors_in", "sweeps", "unknown_in"]
 
 CAPTION = (
     "Smallest normalised second-order work W2n (above) and edges of the unstable sectors of strain (below) against the "
-    "size of the probes. Grey: what the drift of the null probe could make; the sign of an open dot is not sure, and an "
-    "edge without a bar of uncertainty could be made by the drift alone. Blue: the plateau, the sizes at which the smallest W2n hardly depends "
-    "on the size."
+    "size of the probes. Grey, above: the error of W2n; the sign of an open dot is not sure, and an edge without a bar of "
+    "uncertainty could be made by the error alone. Grey and dotted, below: directions whose sign is unknown. Blue: the plateau, "
+    "the sizes at which the smallest W2n hardly depends on the size."
 )
 
 
@@ -91,7 +91,7 @@ def amplitude(tables: Mapping[str, xr.Dataset], title: str = "") -> Amplitude:
             f"a figure of amplitudes needs tables of one kind of probes, got {' and '.join(kinds) or 'none'}"
         )
     columns = tuple(_column(label, table) for label, table in tables.items())
-    low, high = direction_range(sector for one in columns for here in one.track.sectors for sector in here)
+    low, high = direction_range(sector for one in columns for sector in one.track.every)
     even = [one.track.label for one in columns if one.plateau]
     return Amplitude(
         title=title,
@@ -112,15 +112,22 @@ def sectors_in(table: xr.Dataset) -> tuple[Sector, ...]:
     return tuple(Sector(*row) for row in rows.tolist() if np.isfinite(row[0]))
 
 
+def unknown_in(table: xr.Dataset) -> tuple[Sector, ...]:
+    """The sectors of unknown sign of one state of a table of cones, the widest first."""
+    rows = np.column_stack([np.atleast_1d(table[name].values) for name in ("unknown_from", "unknown_to")])
+    return tuple(Sector(first, last, np.nan, np.nan) for first, last in rows.tolist() if np.isfinite(first))
+
+
 def _column(label: str, table: xr.Dataset) -> Sizes:
     norm = table.norm.values
     track = Track(
         label,
         norm,
         tuple(sectors_in(table.isel(norm=k)) for k in range(len(norm))),
+        tuple(unknown_in(table.isel(norm=k)) for k in range(len(norm))),
         table.smallest_w2n.values,
         table.is_significant.values,
-        table.drift_share.values,
+        table.smallest_error.values,
     )
     there = bool(table.is_plateau.any())
     plateau = (float(table.plateau_from), float(table.plateau_to)) if there else None
@@ -136,11 +143,12 @@ def _table(columns: tuple[Sizes, ...]) -> Table:
     rows: list[tuple[str, ...]] = []
     marks: list[Mark] = []
     for track in (one.track for one in columns):
-        for norm, work, sure, here in zip(track.at, track.smallest, track.is_significant, track.sectors, strict=True):
-            spans = "; ".join(map(str, here)) or "none"
-            rows.append((track.label, f"{norm:g}", f"{work:+.3f}", spans, "yes" if sure else "no"))
-            marks.append("doubtful" if not sure else "bad" if work < 0.0 else "")
-    heads = ("state", "norm", "smallest W2n", "unstable from … to", "sign is sure")
+        for k, (norm, verdict) in enumerate(zip(track.at, track.verdicts, strict=True)):
+            spans, open_ones = ("; ".join(map(str, which[k])) or "none" for which in (track.sectors, track.unknown))
+            work = give_work(track.smallest[k], track.error[k])
+            rows.append((track.label, f"{norm:g}", verdict, work, spans, open_ones))
+            marks.append(MARKS[verdict])
+    heads = ("state", "norm", "answer", "smallest W2n", "unstable from … to", "unknown from … to")
     return Table("Cones by the size of the probes", heads, rows, marks=marks, marked=2)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from rendulic.views import amplitude, sphere, stress_probes
 from rendulic.views.catalogue import StudyFigure
 from rendulic.views.circular import circular_diagram, circular_panels, in_the_plane
-from rendulic.views.sectors import Sector, direction_range
-from rendulic.views.view import Mark, Table, View
+from rendulic.views.sectors import MARKS, Sector, Verdict, direction_range, give_work, verdict_of
+from rendulic.views.view import Table, View
 
 if TYPE_CHECKING:
     from rendulic.probing.cone import Cone
@@ -24,15 +24,18 @@ if TYPE_CHECKING:
 __all__ = ["STUDY_FIGURES", "ConeOfState", "ConesView", "cones", "cones_of_study", "size_of_probes"]
 
 CAPTION = (
-    "Directions of the strain increment in which second-order work is negative, for each state, and beside them its "
-    "smallest normalised value W2n. Thin bars at the edges are their uncertainty; a question mark is an edge that the "
-    "drift of the null probe could make. The bar about a value of W2n is what the drift has in it; open where it is not "
-    "smaller than the value."
+    "Directions of the strain increment in which second-order work is surely negative (red), and those in which its sign is unknown "
+    "(grey, hatched), for each state, and beside them its smallest normalised value W2n. Thin bars at the edges are their "
+    "uncertainty; a question mark is an edge that the error alone could make. The bar about a value of W2n is its error; open "
+    "where its sign is not sure. Unknown is not stable: only a state without any colour is."
 )
 # drawn with cones, where a study has them
 BESIDE = (*amplitude.STUDY_FIGURES, *stress_probes.STUDY_FIGURES, *sphere.STUDY_FIGURES)
 MOST_CURVES = 8  # in a circular diagram
-HEADS = ("state", "unstable from … to", "opening [°]", "smallest W2n", "at α [°]", "sign is sure")
+MOST_SECTORS = 4  # that are named one by one
+HEADS = (
+    "state", "answer", "unstable from … to", "unknown from … to", "opening [°]", "smallest W2n", "at α [°]",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -43,40 +46,49 @@ class ConeOfState:
     ----------
     label : str
         Of its row.
-    sectors : tuple of Sector
-        Of strain, also for stress probes.
+    sectors, unknown : tuples of Sector
+        Those that are unstable and those whose sign is unknown; of strain, also for stress probes.
     smallest : float
         Smallest W2n, and
     at : float
         the direction of strain in degrees that has it.
-    drift_share : float
-        What the drift has in it.
+    error : float
+        Its error.
     is_significant : bool
-        Whether it exceeds the drift.
+        Whether its sign is sure.
     state : str
         Which state it is, for figures that move together.
     """
 
     label: str
     sectors: tuple[Sector, ...]
+    unknown: tuple[Sector, ...]
     smallest: float
     at: float
-    drift_share: float
+    error: float
     is_significant: bool
     state: str
 
     @property
-    def is_unstable(self) -> bool:
-        """Whether second-order work is surely negative in some direction."""
-        return self.smallest < 0.0 and self.is_significant
+    def verdict(self) -> Verdict:
+        """Whether second-order work is surely negative in some direction, surely positive in all, or neither."""
+        return verdict_of(bool(self.sectors), bool(self.unknown))
 
     @property
     def opening(self) -> float:
         """Angle of all sectors together, in degrees."""
         return sum(sector.last - sector.first for sector in self.sectors)
 
-    def __str__(self) -> str:
-        return "; ".join(map(str, self.sectors)) or "none"
+    @property
+    def words(self) -> tuple[str, str]:
+        """The sectors, and those of unknown sign."""
+        return _several(self.sectors), _several(self.unknown)
+
+
+def _several(sectors: tuple[Sector, ...]) -> str:
+    if len(sectors) > MOST_SECTORS:
+        return f"{len(sectors)} sectors, {sum(one.last - one.first for one in sectors):.4g}° together"
+    return "; ".join(map(str, sectors)) or "none"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,7 +113,7 @@ def cones(found: Mapping[str, Cone], title: str = "", states: Mapping[str, str] 
         The state of each label, where the label does not name it.
     """
     rows = tuple(_row(label, cone, (states or {}).get(label, label)) for label, cone in found.items())
-    low, high = direction_range(sector for row in rows for sector in row.sectors)
+    low, high = direction_range(sector for row in rows for sector in (*row.sectors, *row.unknown))
     return ConesView(
         title=title, caption=CAPTION, verdict=_verdict(rows), tables=(_table(rows),), rows=rows, low=low, high=high
     )
@@ -109,32 +121,39 @@ def cones(found: Mapping[str, Cone], title: str = "", states: Mapping[str, str] 
 
 def _row(label: str, cone: Cone, state: str) -> ConeOfState:
     pairs = zip(cone.strain_sectors, cone.strain_edge_uncertainty, strict=True)
-    sectors = tuple(Sector(*ends, *uncertainty) for ends, uncertainty in pairs)
     return ConeOfState(
-        label, sectors, cone.smallest_w2n, cone.smallest_strain_alpha, cone.drift_share, cone.is_significant, state
+        label,
+        tuple(Sector(*ends, *uncertainty) for ends, uncertainty in pairs),
+        tuple(Sector(*ends, np.nan, np.nan) for ends in cone.strain_unknown_sectors),
+        cone.smallest_w2n,
+        cone.smallest_strain_alpha,
+        cone.smallest_error,
+        cone.is_significant,
+        state,
     )
 
 
 def _verdict(rows: tuple[ConeOfState, ...]) -> str:
-    unstable = [row for row in rows if row.is_unstable]
-    doubtful = sum(not row.is_significant for row in rows)
+    unstable = [row for row in rows if row.verdict == "unstable"]
+    unknown = sum(row.verdict == "unknown" for row in rows)
     words = f"{len(unstable)} of {len(rows)} states {'has' if len(unstable) == 1 else 'have'} unstable directions"
     if unstable:
         worst = min(unstable, key=lambda row: row.smallest)
         words += f"; the smallest W2n is {worst.smallest:.3g}, of {worst.label} at {worst.at:.4g} degrees"
-    return f"{words}; the sign of {doubtful} is not sure." if doubtful else f"{words}."
+    if unknown:
+        words += f"; of {unknown} it is not known, as the sign is not sure in some directions"
+    return f"{words}."
 
 
 def _table(rows: tuple[ConeOfState, ...]) -> Table:
     cells = [
         (
-            row.label, str(row), f"{row.opening:.4g}", f"{row.smallest:+.3f}", f"{row.at:.4g}",
-            "yes" if row.is_significant else "no",
+            row.label, row.verdict, *row.words, f"{row.opening:.4g}", give_work(row.smallest, row.error), f"{row.at:.4g}" if np.isfinite(row.smallest) else "",
         )
         for row in rows
     ]  # fmt: skip
-    marks: list[Mark] = ["doubtful" if not row.is_significant else "bad" if row.smallest < 0.0 else "" for row in rows]
-    return Table("Cones", HEADS, cells, goes_to=[row.state for row in rows], marks=marks, marked=3)
+    marks = [MARKS[row.verdict] for row in rows]
+    return Table("Cones", HEADS, cells, goes_to=[row.state for row in rows], marks=marks, marked=1)
 
 
 def cones_of_study(results: Results) -> Mapping[str, View]:

@@ -1,16 +1,18 @@
-"""Sectors of directions in which second-order work is negative, and how they go on from state to state."""
+"""Sectors of directions in which second-order work is negative, or its sign unknown, and how they go on from state to state."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from rendulic.probing.edges import give_or_take
 from rendulic.tensors.rendulic_plane import ISOCHORIC_COMPRESSION
+from rendulic.views.view import Mark
 
-__all__ = ["Sector", "Track", "direction_range"]
+__all__ = ["MARKS", "Sector", "Track", "Verdict", "direction_range", "give_work", "verdict_of"]
 
 MARGIN = 10.0  # degrees about the directions that are shown
 TURNS = (-360.0, 0.0, 360.0)
@@ -18,14 +20,15 @@ TURNS = (-360.0, 0.0, 360.0)
 
 @dataclass(frozen=True)
 class Sector:
-    """From one edge to the other, in degrees of the strain increment, counter-clockwise.
+    """From one end to the other, in degrees of the strain increment, counter-clockwise.
 
     Parameters
     ----------
     first, last : float
         `last` beyond `first`; a whole turn if there are no edges.
     first_uncertainty, last_uncertainty : float
-        Either way; see `rendulic.probing.edges.is_unknown`. NaN if there are no edges.
+        Either way; see `rendulic.probing.edges.is_unknown`. NaN if there are no edges: all around, or of a sector whose sign is
+        unknown.
     """
 
     first: float
@@ -59,7 +62,27 @@ class Sector:
     def __str__(self) -> str:
         if self.last - self.first >= 360.0:
             return "all directions"
+        if not self.edges:
+            return f"{self.first % 360.0:.4g} to {self.last % 360.0:.4g}°"
         return " to ".join(f"{edge % 360.0:.4g} ± {give_or_take(width)}" for edge, width in self.edges) + "°"
+
+
+Verdict = Literal["unstable", "unknown", "stable", ""]
+MARKS: dict[Verdict, Mark] = {"unstable": "bad", "unknown": "doubtful", "stable": "", "": ""}
+
+
+def verdict_of(is_unstable: bool, is_unknown: bool, is_there: bool = True) -> Verdict:
+    """What is said of a state with unstable sectors, or with unknown ones: unknown is not stable."""
+    return "unstable" if is_unstable else "unknown" if is_unknown else "stable" if is_there else ""
+
+
+def give_work(smallest: float, error: float) -> str:
+    """A smallest W2n with its error as it is said.
+
+    >>> give_work(-0.2512, 0.0123), give_work(float("nan"), float("nan"))
+    ('-0.251 ± 0.01', 'none')
+    """
+    return f"{smallest:+.3f} ± {error:.1g}" if np.isfinite(smallest) else "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,22 +95,36 @@ class Track:
         What it is of.
     at : (n,) array
         Abscissas, increasing.
-    sectors : sequence of n tuples of Sector
-        Empty where there is no cone, or no state.
+    sectors, unknown : sequences of n tuples of Sector
+        Unstable ones, and those whose sign is unknown; empty where there are none, or no state.
     smallest : (n,) array
-        Smallest W2n, NaN where there is no state.
+        Smallest W2n, NaN where there is none.
     is_significant : (n,) array of bool
-        Whether it exceeds the drift of the null probe.
-    drift_share : (n,) array
-        What the drift has in it.
+        Whether its sign is sure.
+    error : (n,) array
+        Its error.
     """
 
     label: str
     at: np.ndarray
     sectors: tuple[tuple[Sector, ...], ...]
+    unknown: tuple[tuple[Sector, ...], ...]
     smallest: np.ndarray
     is_significant: np.ndarray
-    drift_share: np.ndarray
+    error: np.ndarray
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Of each state; empty where there is none."""
+        return tuple(
+            verdict_of(bool(here), bool(unknown), bool(np.isfinite(smallest)))
+            for here, unknown, smallest in zip(self.sectors, self.unknown, self.smallest, strict=True)
+        )
+
+    @property
+    def every(self) -> list[Sector]:
+        """All sectors, unstable and unknown."""
+        return [one for states in (self.sectors, self.unknown) for here in states for one in here]
 
     def bands(self) -> list[tuple[float, Sector, float, Sector]]:
         """Neighbouring abscissas, each with its sector, where one sector goes on in the other: where they overlap."""
