@@ -221,7 +221,7 @@ def test_samples_of_a_map_are_not_joined(two_seeds):
 def test_what_is_unknown_is_said_counted_and_drawn(virgin):
     """A state of which nothing is known, and one with a hole: neither is stable, in words, table and both figures."""
     around = rd.directions.rendulic(step=10)
-    probes = rd.probe(virgin, around, norm=1e-7, n_steps=1)
+    probes = rd.probe(virgin, around, norm=1e-7)
     hole, nothing = probes.copy(deep=True), probes.copy(deep=True)
     hole["w2_normalised"][20:22] = np.nan
     nothing["w2_normalised"][:] = np.nan
@@ -253,7 +253,7 @@ def test_unknown_states_of_maps_and_sweeps_are_drawn(virgin):
     table = table_of_cones([[0.2], [0.1]], [[None], [None]], unknown=[(1, 0)])
     view = bifurcation_map({"loose": table})
     assert view.panels[0].samples[0].words == "W2 = 0 not by eta = 0.1, unknown at eta = 0.2"
-    probes = rd.probe(virgin, rd.directions.rendulic(10), [1e-7, 2e-7], 1)
+    probes = rd.probe(virgin, rd.directions.rendulic(10), [1e-7, 2e-7])
     probes["w2_normalised"][1, 10:13] = np.nan
     sweep = amplitude({"sand": amplitude_table(probes)})
     assert [row[2] for row in sweep.tables[1].rows] == ["stable", "unknown"]
@@ -266,7 +266,11 @@ def test_unknown_states_of_maps_and_sweeps_are_drawn(virgin):
         dotted = [line for line in axes.lines if np.array_equal(line.get_xdata(), [at, at])]
         assert_allclose(dotted[0].get_ydata(), ends)
         (frame,) = plotted(render("a-name", {"": shown}))
-        drawn = [trace for trace in frame.data if trace.type == "scatter" and trace.line.dash == "dot" and trace.line.width == 6]
+        drawn = [
+            trace
+            for trace in frame.data
+            if trace.type == "scatter" and trace.line.dash == "dot" and trace.line.width == 6
+        ]
         assert len(drawn) == 1
         assert_allclose([each for each in drawn[0].y if each is not None], [ends[0], np.mean(ends), ends[1]])
 
