@@ -166,7 +166,7 @@ def test_cones_are_drawn_from_edge_to_edge():
     ends = [(base, base + width) for base, width in zip(bars["base"], bars["x"], strict=True)]
     np.testing.assert_allclose(sorted(ends), sorted([(low, high), (350.0, 385.0), (-10.0, 25.0)]), rtol=1e-4)
     assert high - low > 5.0
-    assert [row[1].split()[0] for row in table.rows] == [f"{low:.4g}", "350"]
+    assert [row[2].split()[0] for row in table.rows] == [f"{low:.4g}", "350"]
 
 
 def verdicts(results):
