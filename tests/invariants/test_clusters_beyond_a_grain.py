@@ -131,7 +131,7 @@ def test_a_zone_where_much_moves_is_no_cluster_of_negative_work(network):
 @pytest.mark.long
 @pytest.mark.parametrize(("planted", "power"), [(0.3, 0.25), (0.6, 0.45), (1.0, 0.6)])
 def test_planted_clusters_are_found(network, planted, power, say):
-    """A ball of six mean radii where so many contacts have negative work; the power is stated in docs/failure.md."""
+    """A ball of six mean radii where so many contacts have negative work; the power is stated in docs/theory/clusters.md."""
     _, _, both, _ = seen(network, trials=100, seed=4, planted=planted)
     say(f"planted clusters, {planted:.0%} of the contacts in a ball negative: found in {both:.0%} of probes")
     assert both > power
