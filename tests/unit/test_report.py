@@ -175,7 +175,7 @@ def verdicts(results):
 
 def test_verdicts_are_those_of_the_limits(results, monkeypatch):
     """The identity holds to rounding; against a limit of nothing it does not, and the worst is named."""
-    question = "Is W2 of contacts and grains equal to W2 of the boundary?"
+    question = "A test of the code's sums: is W2 of contacts and grains equal to W2 of the boundary?"
     assert verdicts(results)[question].verdict == "good"
     every = [*results.of("probes").values(), *(cone.probes for cone in results.cones.values())]
     residuals = [float(probes.identity_residual.max()) for probes in every if "identity_residual" in probes]
@@ -211,6 +211,25 @@ def test_a_moving_state_is_not_at_rest(reported_study, monkeypatch):
     monkeypatch.setattr(results, "state", moving)
     check = verdicts(results)[question]
     assert (check.verdict, check.where) == ("doubtful", f"not in {first}")
+
+
+def test_a_state_that_contradicts_itself_is_named(reported_study, monkeypatch):
+    """A wall of one state is moved after its forces were computed: the audits that this fails are named, and the state."""
+    results = results_in(reported_study)
+    question = "Do independent numbers of the states agree?"
+    assert verdicts(results)[question].verdict == "good"
+    first, read = results.states[0], results.state
+
+    def spoilt(state):
+        specimen = read(state)
+        if state == first:
+            specimen.walls.position[1] += 1e-4 * specimen.lengths[0]
+        return specimen
+
+    monkeypatch.setattr(results, "state", spoilt)
+    check = verdicts(results)[question]
+    assert (check.verdict, check.where) == ("doubtful", f"not in {first}")
+    assert "law" in check.measured
 
 
 def test_lost_energy_is_missed(results):

@@ -58,7 +58,11 @@ def export(path, axial, omega=None):
         if fields["is_sphere"].all():
             fields["torque"] = _rows([omega.forces.t(body.id) for body in grains])
     if omega.periodic:
+        from yade.utils import getStress
+
         fields["cell"] = _cell(omega)
+        stress = getStress()  # of walls it is not: Yade takes another volume there
+        fields["stress"] = np.array([[float(stress[i, j]) for j in range(3)] for i in range(3)])
     else:
         fields["wallids"], fields["wallpos"] = _six(walls, fields["pos"])
         owner.update((int(body), int(body)) for body in fields["wallids"])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from rendulic.probing.audits import audits
 from rendulic.probing.edges import NEAR_EDGE
 from rendulic.probing.error_bar import TOO_FAST
 from rendulic.specimen.curve import QUASI_STATIC_LIMIT
@@ -81,6 +82,7 @@ def checks(results: Results) -> Iterator[Check]:
     for ask in (
         _quasi_static,
         _at_rest,
+        _audits,
         _identity,
         _drift,
         _reached,
@@ -151,14 +153,35 @@ def _at_rest(results: Results) -> Iterator[Check]:
     )
 
 
+def _audits(results: Results) -> Iterator[Check]:
+    """Independent numbers of every state of grains: forces on walls and grains, overlaps, stresses."""
+    found = {state: audits(specimen.snapshot()) for state, specimen in _grains_at_rest(results).items()}
+    if not found:
+        return
+    failed = {state: list(each.failed) for state, each in found.items() if each.failed}
+    names = sorted({name for each in failed.values() for name in each})
+    yield Check(
+        "Do independent numbers of the states agree?",
+        f"{max(map(len, found.values()))} audits of each state, {sum(map(len, failed.values()))} failed in all"
+        + (f": {_some(names)}" if names else ""),
+        "none fails",
+        _verdict(len(failed), len(found)),
+        f"all {len(found)} states" if not failed else f"not in {_some(list(failed))}",
+    )
+
+
 def _identity(results: Results) -> Iterator[Check]:
+    """Algebra on one list of contacts: it tests the code, not the data."""
     found = {
         label: float(probes.identity_residual.max())
         for label, _, probes in _probed(results)
         if "identity_residual" in probes
     }
     yield from _judged(
-        "Is W2 of contacts and grains equal to W2 of the boundary?", found, LIMITS["identity"], "residual "
+        "A test of the code's sums: is W2 of contacts and grains equal to W2 of the boundary?",
+        found,
+        LIMITS["identity"],
+        "residual ",
     )
 
 
@@ -262,7 +285,11 @@ def energy_error(before: Mapping[str, float], now: Mapping[str, float]) -> float
 def _bursts(results: Results) -> Iterator[Check]:
     for name, limit, question in (
         ("balance_error", "energy", "Do the energies of bursts balance?"),
-        ("equation_1_residual", "equation_1", "Does Eq. 1 hold in every step of the bursts?"),
+        (
+            "equation_1_residual",
+            "equation_1",
+            "A test of the code's sums: does Eq. 1 hold in every step of the bursts?",
+        ),
     ):
         found = {
             f"{own}, {state}": float(table[name].max())
@@ -293,7 +320,12 @@ def _planes(results: Results) -> Iterator[Check]:
             continue
         error = 3.0 * (curve.plane_weight * curve.w2_plane).sum("plane") - curve.w2
         found[label] = float(np.nanmax(np.abs(error.values)) / np.nanmax(np.abs(curve.w2.values)))
-    yield from _judged("Is W2 of the contact planes equal to W2 of the model?", found, LIMITS["identity"], "residual ")
+    yield from _judged(
+        "A test of the code's sums: is W2 of the contact planes equal to W2 of the model?",
+        found,
+        LIMITS["identity"],
+        "residual ",
+    )
 
 
 def _views(results: Results) -> dict[str, View]:

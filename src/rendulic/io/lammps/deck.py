@@ -71,9 +71,18 @@ reset_timestep 0
 variable ramp equal step/v_steps
 $rates
 fix box all deform 1 $faces remap none
+# the stress of the pairs, for audits
+compute press all pressure NULL pair
+variable p1 equal c_press[1]
+variable p2 equal c_press[2]
+variable p3 equal c_press[3]
+variable sxx atom v_p1
+variable syy atom v_p2
+variable szz atom v_p3
 compute ids all property/local patom1 patom2 cutoff radius
 compute force all pair/local fx fy fz p1 p2 p3 cutoff radius
-dump grains all custom $${every} $${name}.*.dump id x y z radius v_wall1 v_wall2 v_wall3 v_wall4 v_wall5 v_wall6
+dump grains all custom $${every} $${name}.*.dump id x y z radius v_wall1 v_wall2 v_wall3 v_wall4 v_wall5 v_wall6 &
+    v_sxx v_syy v_szz
 dump contacts all local $${every} $${name}.*.contacts c_ids[*] c_force[*]
 dump_modify grains format float %.17g sort id
 dump_modify contacts format float %.17g

@@ -20,9 +20,12 @@ If the dump of the grains has the columns `v_sxx v_syy v_szz`, audits hold the s
 .. code-block:: none
 
     compute press all pressure NULL pair
-    variable sxx atom c_press[1]
-    variable syy atom c_press[2]
-    variable szz atom c_press[3]
+    variable p1 equal c_press[1]
+    variable p2 equal c_press[2]
+    variable p3 equal c_press[3]
+    variable sxx atom v_p1
+    variable syy atom v_p2
+    variable szz atom v_p3
 """
 
 from __future__ import annotations
