@@ -11,6 +11,8 @@ import pandas as pd
 
 import rendulic as rd
 from rendulic.foundation.errors import RendulicError
+from rendulic.probing.audits import increment, one_state
+from rendulic.specimen.recorded import Recorded
 
 REFERENCE = Path(os.environ.get("RENDULIC_REFERENCE", Path(__file__).parents[2] / "shared" / "reference")) / "yade-a"
 PER_CONTACT = ("first", "second", "normal", "force_n", "force_t")
@@ -111,6 +113,11 @@ def neutral(snapshot, at, path):
     return rd.io.read(rd.io.write_snapshot(snapshot, path.with_suffix(".h5")))
 
 
+def any_shape(snapshot, at, path):
+    """Grains of which only forces, centres and normals are known, as of clumps."""
+    return replace(snapshot, recorded=Recorded(are_spheres=False))
+
+
 def plain_with_all(snapshot, at, path):
     """Plain text with forces on the walls, springs, friction and step."""
     return rd.io.read(rd.io.write_plain_text(snapshot, path))
@@ -207,6 +214,7 @@ def sources(states):
         "plain text, least": (states, plain_with_least),
         "LAMMPS, with its stress": (states, lammps(states, True)),
         "LAMMPS": (states, lammps(states, False)),
+        "any shape": (states, any_shape),
     }
     if REFERENCE.is_dir():
         pair = of_yade()
@@ -216,21 +224,141 @@ def sources(states):
 
 # --- what comes of it -------------------------------------------------------------------------------------
 
+CLEARLY = (
+    3.0  # times its limit, for an audit to be named: which side a number near its limit is on may depend on the machine
+)
+
 
 def outcome(pair, write, corrupt, in_both, folder):
-    """ "refused", or the names of the audits that fail."""
+    """ "refused" by a reader or for the two states together, or the audits of what was read."""
     wrong = [corrupt(pair[0], pair[1]) if in_both else pair[0], corrupt(pair[1], pair[0])]
+    folder.mkdir()
     try:
         read = [write(snapshot, at, folder / f"state{at}") for at, snapshot in enumerate(wrong)]
-        return list(rd.second_order_work(*read).audits.failed)
+        return rd.second_order_work(*read).audits
     except RendulicError:
         return "refused"
 
 
-def cell(found):
-    if found == "refused":
-        return "refused"
-    if not found:
-        return "**not caught**"
-    more = f" and {len(found) - 2} more" if len(found) > 2 else ""
-    return ", ".join(f"`{name}`" for name in found[:2]) + more
+def is_caught(found):
+    return found == "refused" or bool(found.failed)
+
+
+def outcomes(states, folder):
+    """By corruption, form, and whether both states are wrong."""
+    return {
+        (what, form, in_both): outcome(pair, write, corrupt, in_both, folder / f"{i}_{k}_{in_both}")
+        for i, (form, (pair, write)) in enumerate(sources(states).items())
+        for k, (what, corrupt) in enumerate(CORRUPTIONS.items())
+        for in_both in (False, True)
+    }
+
+
+def table(found):
+    """Markdown: what is caught, by corruption and form; then which audits catch it."""
+    forms = list(dict.fromkeys(form for _, form, _ in found))
+    rows = ["| what is wrong | " + " | ".join(forms) + " |", "|---" * (len(forms) + 1) + "|"]
+    for what in CORRUPTIONS:
+        cells = [_cell(found[what, form, False], found[what, form, True]) for form in forms]
+        rows.append(f"| {what} | " + " | ".join(cells) + " |")
+    rows += ["", "| what is wrong | audits that fail, in one form or another |", "|---|---|"]
+    for what in CORRUPTIONS:
+        each = [one for (name, *_), one in found.items() if name == what and one != "refused"]
+        names = [name for one in each for name, audit in one.failed.items() if audit.residual > CLEARLY * audit.limit]
+        refused = ["refused"] if any(one == "refused" for (name, *_), one in found.items() if name == what) else []
+        rows.append(f"| {what} | {', '.join([f'`{name}`' for name in sorted(set(names))] + refused)} |")
+    return "\n".join(rows)
+
+
+def _cell(one, both):
+    words = ["refused" if each == "refused" else "caught" if each.failed else "**not caught**" for each in (one, both)]
+    return words[0] if words[0] == words[1] else f"{words[0]}; both: {words[1]}"
+
+
+def power(n_tried=40):
+    """Markdown: how small a single wrong contact may be and still be seen, in the forms of one state of Yade."""
+    state = rd.io.yade.read_snapshot(REFERENCE / "initial.npz")
+    forms = {
+        "exported": state,
+        "by hand": replace(state, recorded=Recorded(slack=state.recorded.slack)),
+        "any shape": replace(state, recorded=Recorded(are_spheres=False)),
+    }
+    between = np.flatnonzero(~state.is_wall)
+    mean = np.linalg.norm(state.force, axis=1).mean()
+    chosen = np.random.default_rng(1).choice(between, n_tried, replace=False)
+    size = state.force_n[chosen] / mean
+    rows = [
+        "| form | one contact left out: seen | down to, of the mean force | one force times 1.5: seen | down to |",
+        "|---|---|---|---|---|",
+    ]
+    for form, snapshot in forms.items():
+        cells = []
+        for spoil in (without, enlarged):
+            seen = np.array([bool(rd.audits(spoil(snapshot, row)).failed) for row in chosen])
+            unseen = size[~seen].max(initial=0.0)
+            cells += [f"{seen.sum()} of {n_tried}", f"{size[size > unseen].min():.2f}"]
+        rows.append(f"| {form} | " + " | ".join(cells) + " |")
+    return "\n".join(rows)
+
+
+def without(snapshot, row):
+    return with_rows(snapshot, np.delete(np.arange(len(snapshot.first)), row))
+
+
+def enlarged(snapshot, row):
+    force = snapshot.force_n.copy()
+    force[row] *= 1.5
+    return replace(snapshot, force_n=force)
+
+
+# --- the page -------------------------------------------------------------------------------------------------
+
+PAGE = Path(__file__).parents[1] / "docs" / "audits.md"
+TABLES = {
+    "audits": ("<!-- table: audits, made by python tests/corruptions.py -->", "<!-- end of the audits -->"),
+    "corruptions": (
+        "<!-- table: corruptions, made by python tests/corruptions.py -->",
+        "<!-- end of the corruptions -->",
+    ),
+    "power": ("<!-- table: power, made by python tests/corruptions.py -->", "<!-- end of the power -->"),
+}
+
+
+def listed():
+    """Markdown: every audit, what it compares and catches."""
+    rows = ["| audit | compares | could catch |", "|---|---|---|"]
+    rows += [f"| `{one.name}` | {one.compares} | {one.catches} |" for one in (*one_state.AUDITS, *increment.AUDITS)]
+    return "\n".join(rows)
+
+
+def on_page(name):
+    start, end = TABLES[name]
+    return PAGE.read_text(encoding="utf-8").split(start)[1].split(end)[0].strip()
+
+
+def states_of(sample):
+    """Before and after a strain probe of norm 1.2e-4."""
+    before = sample.snapshot()
+    sample.probe(np.array([1e-4, -5e-5, -5e-5]), 2000)
+    return before, sample.snapshot()
+
+
+def main():
+    """Write the tables of the page."""
+    import tempfile
+
+    from conftest import FAST, packed_grains
+
+    sample = packed_grains()
+    sample.load(rd.paths.drained_triaxial(until_strain=0.01), speed=FAST)
+    rd.dem.bring_to_rest(sample, "stress", FAST)
+    with tempfile.TemporaryDirectory() as folder:
+        made = {"audits": listed(), "corruptions": table(outcomes(states_of(sample), Path(folder))), "power": power()}
+    text = PAGE.read_text(encoding="utf-8")
+    for name, (start, end) in TABLES.items():
+        text = f"{text.split(start)[0]}{start}\n\n{made[name]}\n\n{end}{text.split(end)[1]}"
+    PAGE.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

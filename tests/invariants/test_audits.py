@@ -11,7 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import corruptions
 import rendulic as rd
+from conftest import FAST
+from rendulic.specimen.recorded import Recorded
 
 COMMAND = Path(sys.executable).with_name("rendulic")
 STRAIN = np.array([1e-4, -5e-5, -5e-5])
@@ -104,6 +107,49 @@ def test_nothing_is_passed_for_lack_of_data():
     found = rd.audits(box)
     assert list(found.failed) == ["equilibrium", "volume"]
     assert {"balance_of_grains", "law", "normals", "love_weber", "signs", "coulomb"} <= set(found.not_possible)
+
+
+@pytest.mark.parametrize("in_both", [False, True], ids=["after", "both"])
+@pytest.mark.parametrize("what", corruptions.CORRUPTIONS)
+def test_every_fault_in_own_states_is_noticed(states, what, in_both, tmp_path):
+    """Thirteen faults, in one state or alike in both: the engine's own forces and springs are known, so none can hide."""
+    found = corruptions.outcome(states, corruptions.own, corruptions.CORRUPTIONS[what], in_both, tmp_path / "files")
+    assert corruptions.is_caught(found)
+    # the algebra never notices: that is why it is no audit of the data
+    assert found == "refused" or found["sums_of_the_code"].passed
+
+
+def test_grains_of_one_size_under_other_numbers_are_noticed():
+    """Two neighbours of equal radius exchange their numbers in one state, consistently: all of that state is right."""
+    sample = rd.dem.pack(radius=np.full(60, 0.01), pressure=200e3, seed=2, speed=FAST)
+    before = sample.snapshot()
+    sample.probe(STRAIN, 500)
+    after = sample.snapshot()
+    one, other = int(after.first[3]), int(after.second[3])
+    number = np.arange(after.n_grains + 6)
+    number[[one, other]] = other, one
+    renumbered = replace(
+        after,
+        recorded=None,
+        position=after.position[number[:60]],
+        first=number[after.first],
+        second=number[after.second],
+    )
+    assert rd.audits(renumbered).failed == {}
+    assert set(rd.second_order_work(before, renumbered).audits.failed) >= {"grains_moved"}
+    assert "grains_moved" not in rd.second_order_work(before, after).audits.failed
+
+
+def test_strain_without_a_change_of_forces_is_noticed(states):
+    """The contacts of one state in both, of grains of which nothing else is known."""
+    before = replace(states[0], recorded=Recorded(are_spheres=False))
+    stale = corruptions.contacts_of_the_other(states[1], states[0])
+    found = rd.second_order_work(before, replace(stale, recorded=before.recorded)).audits
+    assert list(found.failed) == ["forces_change"]
+
+
+def test_states_in_the_wrong_order_are_noticed(states):
+    assert list(rd.second_order_work(states[1], states[0]).audits.failed) == ["order_of_steps"]
 
 
 def test_states_that_cannot_be_compared_are_refused(states):

@@ -21,7 +21,7 @@ __all__ = ["STUDY_FIGURES", "MacroMicro", "Works", "macro_micro"]
 
 CAPTION = (
     "Second-order work of the boundary (line), and of all contacts and grains (circles): an identity, so that they must agree to "
-    "rounding. Crosses are the paper's sum over contacts that are there in both states. The inertial term is the work of the "
+    "rounding, which tests the code's sums and not the data. Crosses are the paper's sum over contacts that are there in both states. The inertial term is the work of the "
     "resultants on the grains."
 )
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from rendulic.probing.audits.audit import NotPossible
 from rendulic.probing.audits.one_state import Found, Reading
+from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["AUDITS", "IncrementAudit", "Pair"]
 
@@ -20,6 +21,8 @@ SMALL_STRAIN = 1e-2  # strains squared, which the measures of W2 leave out, are 
 ONE_RADIUS = 1.0  # a grain that bears cannot pass its neighbours
 HALF = 0.5
 SAME_LAW = 1e-3
+FIVEFOLD = float(np.log10(5.0))  # more than a strain of a hundredth does to the stress of a packing that bears
+ALL_DIGITS = 1e-14
 ERRORS = 5.0  # standard errors
 BEARING = 3  # contacts, at least, of a grain that cannot move by itself
 
@@ -127,16 +130,40 @@ def _beyond_scatter(pair: Pair, off: np.ndarray, error: np.ndarray) -> Found:
     return float(off[worst]), layer + float(error[worst])
 
 
+def _pair_keys(snapshot: Snapshot) -> np.ndarray:
+    """A number for each contact, by its two bodies."""
+    low, high = np.minimum(snapshot.first, snapshot.second), np.maximum(snapshot.first, snapshot.second)
+    return low * (snapshot.n_grains + 6) + high
+
+
 def _persist(pair: Pair) -> Found:
     before, after = (each.snapshot for each in (pair.before, pair.after))
-    keys = [
-        np.minimum(each.first, each.second) * (each.n_grains + 6) + np.maximum(each.first, each.second)
-        for each in (before, after)
-    ]
+    keys = [_pair_keys(each) for each in (before, after)]
     carried = np.linalg.norm(before.force, axis=1)
     if not carried.any():
         raise NotPossible("no contact carries a force")
     return float(carried[~np.isin(keys[0], keys[1])].sum() / carried.sum()), HALF
+
+
+def _carried_over(pair: Pair) -> Found:
+    """How the force of the median contact that stays has changed, as a power of ten."""
+    sizes = []
+    for state, other in ((pair.before, pair.after), (pair.after, pair.before)):
+        key, keys = _pair_keys(state.snapshot), _pair_keys(other.snapshot)
+        sizes.append(np.linalg.norm(state.snapshot.force, axis=1)[np.isin(key, keys)])
+    if not len(sizes[0]) or not np.median(sizes[0]) or not np.median(sizes[1]):
+        raise NotPossible("no contact carries a force in both states")
+    return abs(float(np.log10(np.median(sizes[1]) / np.median(sizes[0])))), FIVEFOLD
+
+
+def _forces_change(pair: Pair) -> Found:
+    if not pair.elongation.any():
+        raise NotPossible("the box has no strain")
+    before, after = (each.snapshot for each in (pair.before, pair.after))
+    same = before.force.shape == after.force.shape and bool(
+        np.all(np.abs(after.force - before.force) <= ALL_DIGITS * np.abs(before.force).max(initial=0.0))
+    )
+    return float(same and len(before.first) > 0), 0.0
 
 
 def _same_law(pair: Pair) -> Found:
@@ -184,6 +211,20 @@ AUDITS = (
         "the contacts before with those after: what most of the force goes through must be in both",
         "grains in another order, contacts left out in one state, states that do not belong together",
         "the contacts of the two states are different ones",
+    ),
+    IncrementAudit(
+        "forces_carry_over",
+        _carried_over,
+        "the force of the median contact before with that of the same contacts after",
+        "forces of one state in other units",
+        "the forces of the contacts that stay are many times larger or smaller after than before",
+    ),
+    IncrementAudit(
+        "forces_change",
+        _forces_change,
+        "the strain of the box with the change of the contact forces",
+        "the contacts of one state in both",
+        "the box has a strain, and no force has changed: the contacts are of one state",
     ),
     IncrementAudit(
         "same_law", _same_law,
