@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK
-from rendulic.dem.drive.settling import Watch, is_settled, looks
+from rendulic.dem.drive.settling import SETTLING_DAMPING, Watch, is_settled, looks
 from rendulic.dem.kernels.arrays import (
     Contacts,
     Grains,
@@ -98,7 +98,7 @@ class Lanes(Generic[AnyAssembly]):
             in_lanes(walls.position), in_lanes(assembly.list_wall_origin), in_lanes(walls.force), in_lanes(walls.stiffness),
         )  # fmt: skip
         self.n_steps = self.n_rebuilds = self.steps_since_build = 0
-        self.margin = assembly.margin
+        self.margin, self.damping = assembly.margin, assembly.damping
 
     def advance(self, n_steps: int) -> None:
         """Make `n_steps` steps, in place.
@@ -109,7 +109,7 @@ class Lanes(Generic[AnyAssembly]):
             If the motion of a lane diverges.
         """
         base, kernels = self.base, lane_kernels_for(self.base.law, self.width)
-        stepping = Stepping(base.time_step, base.damping, base.law.parameters)
+        stepping = Stepping(base.time_step, self.damping, base.law.parameters)
         left = n_steps
         while left > 0:
             done, complete = kernels.advance_lanes(left, self.arrays, self.rates, stepping, 0.5 * self.margin)
@@ -143,7 +143,7 @@ class Lanes(Generic[AnyAssembly]):
         )  # fmt: skip
 
     def only(self, chosen: Sequence[int], hold: bool = False) -> Lanes[AnyAssembly]:
-        """An independent copy of some lanes, in the narrowest kernel that holds them; `hold` stops their walls."""
+        """An independent copy of some lanes, in the narrowest kernel that holds them; `hold` is to settle them."""
         width = width_for(len(chosen))
         copied = [*chosen, *[chosen[0]] * (width - len(chosen))]
         other, arrays = copy(self), self.arrays
@@ -164,6 +164,7 @@ class Lanes(Generic[AnyAssembly]):
         )  # fmt: skip
         other.width, other.n_used = width, len(chosen)
         other.rates = np.zeros((3, width)) if hold else self.rates[:, copied].copy()
+        other.damping = SETTLING_DAMPING if hold else self.damping
         return other
 
     def stop_rattlers(self, lane: int, stopped: AnyAssembly) -> None:

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK
+from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK, QuasiStatic
 from rendulic.dem.drive.servo import drive_for, hold
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.drive.stopping import stop_rattlers
@@ -15,12 +15,14 @@ from rendulic.dem.measure.equilibrium import unbalanced_force
 from rendulic.dem.state.assembly_state import AssemblyState, copy_of
 from rendulic.specimen.way import Way
 
-__all__ = ["SETTLED", "Watch", "is_settled", "looks", "settled_copy"]
+__all__ = ["SETTLED", "SETTLING_DAMPING", "Watch", "is_settled", "looks", "settled_copy"]
 
 AnyAssembly = TypeVar("AnyAssembly", bound=AssemblyState)
 
-# unbalanced force of grains at rest after an increment: a hundredth of what a probe at the default rate has on its way
+# unbalanced force of grains at rest after an increment: a thirtieth of what a probe at the default rate has on its way
 SETTLED = 1e-5
+# of Cundall, as where states are brought to rest: less lets what swings on break more grains loose, and takes longer
+SETTLING_DAMPING = QuasiStatic.damping
 
 
 def is_settled(assembly: AssemblyState) -> bool:
@@ -32,12 +34,12 @@ def is_settled(assembly: AssemblyState) -> bool:
 def settled_copy(assembly: AnyAssembly, max_steps: int) -> tuple[AnyAssembly, int]:
     """A copy with its walls held until the grains are at rest, and the steps it took, at most about `max_steps`.
 
-    The damping is the assembly's own. Lanes do the same to the bit.
+    Lanes do the same to the bit.
     """
     one, done = copy_of(assembly), 0
     drive = drive_for(one, hold("strain"), (None,) * 3, np.zeros(3), 1.0)
     while max_steps and not is_settled(one) and done < max_steps:
-        advance(one, STEPS_PER_LOOK, drive)
+        advance(one, STEPS_PER_LOOK, drive, SETTLING_DAMPING)
         done += STEPS_PER_LOOK
     return one, done
 
