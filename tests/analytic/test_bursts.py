@@ -8,6 +8,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import rendulic as rd
+from rendulic.dem.drive.burst import typical_of
 from rendulic.dem.drive.held_motion import HeldMotion
 from rendulic.dem.measure.energy import damping_forces, whole_step_kinetic_energy
 from rendulic.dem.measure.trend import trend
@@ -201,6 +202,14 @@ def test_a_verdict_does_not_depend_on_steps(sheared_state, norm, alpha):
     assert len({(one["verdict"], one["steps_held"], one["beyond"], one["kinetic_share"]) for one in same}) == 1
 
 
+def test_grains_that_break_loose_are_not_too_fast():
+    """They may do so at any rate: a slow push is slow up to there. A fast one is fast from the beginning."""
+    assert typical_of([1e-4] * 30 + [0.6, np.inf] * 40) == 1e-4
+    assert typical_of([3e-3] * 30 + [0.6] * 70) == 3e-3
+    assert typical_of([0.6, np.inf, np.inf]) > 0.05
+    assert np.isnan(typical_of([]))
+
+
 def test_a_limit_can_only_leave_open(sheared_state):
     """Held for less than it takes, the answer is "undecided", and says whether the motion decays."""
     sample = rd.dem.Assembly.from_state(sheared_state)
@@ -336,9 +345,9 @@ def test_agreement_counts_what_proves_something():
 
 def test_a_sign_within_its_error_predicts_nothing():
     """Nor does one that is not known."""
-    table = counted([True, False, False], [0, 1, 0], is_sure=np.array([False, False, True]))
+    table = counted([True, False, False, True], [0, 1, 0, 4], is_sure=np.array([False, False, True, False]))
     found = rd.agreement(table)
-    assert (found.agreeing, found.counted, found.not_counted) == (1, 1, 2)
+    assert (found.agreeing, found.counted, found.too_fast, found.not_counted) == (1, 1, 1, 2)
 
 
 def test_easy_directions_are_worth_nothing():

@@ -281,7 +281,7 @@ def test_disagreements_are_listed():
         [0.9, -0.4, -0.5, 0.1, 0.8, 0.7, -0.3], [False, True, True, False, False, False, True], [0, 1, 0, 0, 3, 4, 0],
         to_edge=[90.0, 20.0, 20.0, 4.0, 90.0, 90.0, 90.0], w2_normalised_opposite=[-0.1, *[0.9] * 6],
         w2_normalised_lasting=[0.9, -0.3, -0.2, 0.1, 0.8, 0.7, -0.1], kinetic_share=[1e-6, 0.3, 2e-6, 1e-6, 1e-6, 1e-3, 1e-6],
-        is_sure=[True] * 6 + [False],
+        is_sure=[True] * 6 + [False], pushes=[1, 4, 4, 1, 2, 1, 1], pushes_failed=[0, 4, 0, 0, 1, 0, 0],
     )  # fmt: skip
     view = predicted_observed({"a state": table})
     summary, worth, disagreements, every = view.tables
@@ -292,7 +292,8 @@ def test_disagreements_are_listed():
         ("a state", "settles", "1e-06", "not counted: sign within its error"),
     ]
     assert [row[-1] for row in every.rows] == [
-        "not counted: opposite is unstable", "agrees", "disagrees", "not counted: edge", "not counted: undecided",
+        "not counted: opposite is unstable", "agrees", "disagrees", "not counted: edge",
+        "not counted: undecided, 1 of 2 pushes fail",
         "not counted: too fast", "not counted: sign within its error",
     ]  # fmt: skip
     assert [row[5] for row in every.rows][-1] == "unsure"

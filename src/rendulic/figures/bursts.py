@@ -60,7 +60,7 @@ def _curves(view: BurstCurves) -> Figure:
             seen.add(curve.verdict)
             energy.plot(curve.time[1:], curve.kinetic[1:], style, color=colour, lw=1.0, label=word)
             strain.plot(curve.time, curve.strain, style, color=colour, lw=1.0)
-        _name_ends(strain, [curve for curve in view.curves if curve.verdict != "settles"])
+        _name_ends(strain, [curve for curve in view.curves if curve.verdict not in ("settles", "too fast")])
         for axes in (energy, strain):
             axes.axvspan(view.begun, 0.0, color=FAINT, alpha=0.5, lw=0)
             axes.set_xlabel("time since the load is back [ms]")
@@ -163,7 +163,7 @@ def _predicted_observed(view: PredictedObserved) -> Figure:
     count = len(view.panels)
     columns = 1 if count <= 4 else 2
     rows = -(-count // columns)
-    figure = new_figure(6.4 if columns == 1 else 9.6, 1.0 + 1.3 * rows)
+    figure = new_figure(6.4 if columns == 1 else 9.6, 1.2 + 1.3 * rows)
     with mpl.rc_context(RC):
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         places = list(grid.T.flat)
@@ -174,7 +174,7 @@ def _predicted_observed(view: PredictedObserved) -> Figure:
         for marker, colour, word in LOOKS.values():
             places[0].plot([], [], marker, color=colour, ls="none", ms=5, label=word)
         places[0].plot([], [], "o", mfc="white", mec=INK, ls="none", ms=5, label="open: against the prediction")
-        figure.legend(loc="outside lower center", ncols=5)
+        figure.legend(loc="outside lower center", ncols=3)
         for axes in grid[:, 0]:
             axes.set_ylabel(r"$W_{2n}$")
         for axes in (places[k - 1] for k in (rows, count)):

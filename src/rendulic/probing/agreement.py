@@ -31,9 +31,9 @@ class Agreement:
         Directions whose W2 is surely positive at the size of the push, and those of them that did not fail. That is the control: a
         failure here refutes the prediction.
     undecided, too_fast : int
-        Of the directions that would be counted, those whose burst proves nothing.
+        Bursts that prove nothing.
     not_counted : int
-        Directions that the prediction does not speak of; see `judged`.
+        The other directions: those that the prediction does not speak of; see `judged`.
     """
 
     fails_as_predicted: int
@@ -114,13 +114,12 @@ def agreement(tables: xr.Dataset | Iterable[xr.Dataset], margin: float = NEAR_ED
         agrees, counted = judged(table, margin)
         predicted, verdict = table.predicted.values, table.verdict.values
         undecided, too_fast = (verdict == VERDICTS.index(word) for word in ("undecided", "too fast"))
-        spoken_of = _spoken_of(table, margin)
         stable = counted & (table.w2_normalised.values > 0.0) & ~predicted
         total += [
             np.count_nonzero(which)
             for which in (
                 counted & predicted & agrees, counted & ~predicted & ~agrees, counted & ~predicted & agrees,
-                counted & predicted & ~agrees, stable, stable & agrees, spoken_of & undecided, spoken_of & too_fast, ~spoken_of,
+                counted & predicted & ~agrees, stable, stable & agrees, undecided, too_fast, ~(counted | undecided | too_fast),
             )
         ]  # fmt: skip
     return Agreement(*total.tolist())

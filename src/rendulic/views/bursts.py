@@ -89,10 +89,17 @@ class BurstsOfState:
         if self.counted[k]:
             return "agrees" if self.agrees[k] else "disagrees"
         if int(self.table.verdict.values[k]) in PROVE_NOTHING:
-            return f"not counted: {VERDICTS[int(self.table.verdict.values[k])]}"
+            return f"not counted: {VERDICTS[int(self.table.verdict.values[k])]}{self._of_pushes(k)}"
         if not self.table.is_sure.values[k]:
             return "not counted: sign within its error"
         return f"not counted: {'edge' if self.table.to_edge.values[k] <= NEAR_EDGE else 'opposite is unstable'}"
+
+    def _of_pushes(self, k: int) -> str:
+        """How many of several pushes failed, if some did and others did not."""
+        if "pushes" not in self.table:
+            return ""
+        many, failed = int(self.table.pushes.values[k]), int(self.table.pushes_failed.values[k])
+        return f", {failed} of {many} pushes fail" if 0 < failed < many else ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -213,10 +220,11 @@ def _worth(kind: str, ones: list[BurstsOfState]) -> Table:
     found = agreement([one.table for one in ones])
     rows: list[tuple[str, ...]] = []
     if kind == "grains" and found.counted:
+        kappa = "no kappa: all alike" if np.isnan(found.kappa) else f"Cohen's kappa {found.kappa:.2f}"
         control = interval_of(found.surely_stable_stays, found.surely_stable)
         rows = [
             ("agree", f"{found.agreeing} of {found.counted}", _percent(*found.interval)),
-            ("would agree by chance, at the same numbers of failures", f"{found.expected:.0%}", f"Cohen's kappa {found.kappa:.2f}"),
+            ("would agree by chance, at the same numbers of failures", f"{found.expected:.0%}", kappa),
             (
                 "predicted failures that fail", f"{found.fails_as_predicted} of {found.fails_as_predicted + found.stays_unpredicted}",
                 f"Fisher's exact test: p = {found.p_value:.1g}",

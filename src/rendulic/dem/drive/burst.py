@@ -5,7 +5,7 @@ Section 4 of the theory: failure is shown, not only predicted.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from typing import TYPE_CHECKING
@@ -34,7 +34,7 @@ from rendulic.specimen.window import Window
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Disturbance", "burst"]
+__all__ = ["Disturbance", "burst", "typical_of"]
 
 FASTEST = 0.05  # inertial number of the fastest motion that the servo follows
 PHASES = ("rest", "disturbed", "held")
@@ -140,10 +140,11 @@ class _Watch:
         for steps, done in _upto(n_steps):
             self.move(steps, forward, DISTURBED if done % every == 0 or done == n_steps else None)
             self.on_way.append(unbalanced_force(self.assembly))
-        still, steps = self.drive("strain"), 0
+        still, steps, due = self.drive("strain"), 0, 0.0
         while not self.is_calm() and steps < SETTLING_STEPS:
-            self.move(STEPS_PER_LOOK, still)
             steps += STEPS_PER_LOOK
+            self.move(STEPS_PER_LOOK, still, DISTURBED if steps >= due else None)
+            due = due if steps < due else 1.3 * steps
         self.move(1, still, DISTURBED)
         self.w2_of_push = (self.stress_along - self.load) * self.moved
 
@@ -223,19 +224,10 @@ class _Watch:
             damping_work=change["damping"], energy_error=missing,
         )  # fmt: skip
 
-    @property
-    def unbalanced_typical(self) -> float:
-        """Typical unbalanced force during the push, before grains broke loose, which they may do at any rate; NaN for a kick."""
-        if not self.on_way:
-            return np.nan
-        loose = np.flatnonzero(np.array(self.on_way) > COLLAPSE)
-        before = self.on_way[: loose[0]] if len(loose) else self.on_way
-        return float(np.median(before or self.on_way))
-
     def curve(self) -> xr.Dataset:
         """What was recorded, with the verdict."""
         motion, what = self.motion, self.what
-        typical, late = self.unbalanced_typical, motion.trend_of_late
+        typical, late = typical_of(self.on_way), motion.trend_of_late
         is_too_fast = typical > TOO_FAST
         curve = self.recorder.dataset(
             verdict="too fast" if is_too_fast else motion.verdict, motion=motion.verdict, travelled=motion.furthest / what.norm,
@@ -252,6 +244,19 @@ class _Watch:
         ]
         curve.attrs["balance_error"] = float(abs(curve.energy_error[-1])) / max(float(term) for term in terms)
         return curve
+
+
+def typical_of(on_way: Sequence[float]) -> float:
+    """Median of the unbalanced forces seen during a push, before grains broke loose, as they may do at any rate; NaN if none was seen.
+
+    >>> typical_of([2e-4, 3e-4, 2e-4, 0.3, 0.6, 0.6, 0.6])
+    0.0002
+    """
+    if not len(on_way):
+        return np.nan
+    loose = np.flatnonzero(np.asarray(on_way) > COLLAPSE)
+    before = on_way[: loose[0]] if len(loose) else on_way
+    return float(np.median(before if len(before) else on_way))
 
 
 def _upto(n_steps: int) -> Iterator[tuple[int, int]]:
