@@ -31,7 +31,7 @@ def circular_diagram(probes: Mapping[str, xr.Dataset], title: str = "", paper: b
     Parameters
     ----------
     probes : mapping of label to xarray.Dataset
-        From `rd.probe` at one norm, directions all around, in the order to be drawn.
+        From `rd.probe` or `rd.ensemble_response` at one norm, directions all around, in the order to be drawn.
     title : str
         Above the diagram.
     paper : bool
@@ -109,6 +109,16 @@ def _panels(view: CircularPanels) -> Figure:
     return figure
 
 
+def _around(alpha: np.ndarray, work: np.ndarray, centre: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a diagram; what is below the centre is drawn there."""
+    radius, angle = np.maximum(work, centre) - centre, np.radians(alpha)
+    return radius * np.cos(angle), radius * np.sin(angle)
+
+
+def _closed(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.append(x, x[0]), np.append(y, y[0])
+
+
 def _draw(axes: Axes, view: CircularDiagram, centre: float) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     zero, rim = -centre, 1.0 - centre
@@ -134,11 +144,21 @@ def _draw(axes: Axes, view: CircularDiagram, centre: float) -> None:
             )
     clipped = 0
     for colour, one in zip(sequence(len(view.curves)), view.curves, strict=True):
-        alpha = np.radians(one.alpha)
         clipped += int((one.w2_normalised < centre).sum())
-        radius = np.maximum(one.w2_normalised, centre) - centre
-        x, y = radius * np.cos(alpha), radius * np.sin(alpha)
-        axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=colour, lw=1.2, label=one.label)
+        x, y = _around(one.alpha, one.w2_normalised, centre)
+        for k, single in enumerate(one.single if len(view.curves) == 1 else ()):
+            axes.plot(
+                *_closed(*_around(one.alpha, single, centre)),
+                color=GREY,
+                lw=0.5,
+                alpha=0.45,
+                label=None if k else "single packings",
+            )
+        if one.band is not None:
+            low, high = (_closed(*_around(one.alpha, bound, centre)) for bound in one.band)
+            ring = [np.append(outer, inner[::-1]) for outer, inner in zip(high, low, strict=True)]
+            axes.fill(*ring, color=colour, alpha=0.3, lw=0)
+        axes.plot(*_closed(x, y), color=colour, lw=1.2, label=one.label)
         sure = one.is_significant
         axes.plot(x[sure], y[sure], ".", color=colour, ms=4 if len(x) <= 72 else 1.5)
         axes.plot(x[~sure], y[~sure], "o", mfc="white", mec=colour, ms=4)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["macro_micro"]
 
+GREY = "#777777"
+
 
 def macro_micro(probes: xr.Dataset, title: str = "") -> Figure:
     """W2 of the boundary, of contacts and grains, and of the paper's truncated sum, against alpha.
@@ -40,6 +42,12 @@ def _macro_micro(view: MacroMicro) -> Figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         for axes in (upper, lower):
             axes.axhline(0.0, color=INK, lw=0.6)
+        for k, single in enumerate(works.single):
+            upper.plot(
+                works.alpha, single, color=GREY, lw=0.5, alpha=0.5, label=None if k else "macro, single packings"
+            )
+        if works.band is not None:
+            upper.fill_between(works.alpha, *works.band, color=COLOURS[0], alpha=0.25, lw=0)
         upper.plot(works.alpha, works.boundary, color=COLOURS[0], label=r"macro: $\sum_w \delta F\cdot\delta u\,/\,V$")
         upper.plot(
             works.alpha,

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["deviatoric_stress", "volume_change"]
 
+GREY = "#777777"
+
 
 def deviatoric_stress(curve: xr.Dataset, states: xr.Dataset | None = None) -> Figure:
     """q against eps_1 (Fig. 1).
@@ -50,13 +52,28 @@ def _loading(view: LoadingCurves) -> Figure:
     with mpl.rc_context(RC):
         axes = figure.add_subplot()
         marked = False
-        for colour, one in zip(categories(len(view.curves)), view.curves, strict=True):
+        faint = [one for one in view.curves if one.is_faint]
+        for one in faint:
+            own = scale * (one.q if of_q else one.eps_v)
+            axes.plot(
+                100 * one.eps_1,
+                own,
+                color=GREY,
+                lw=0.5,
+                alpha=0.5,
+                label="single packings" if one is faint[0] else None,
+            )
+        full = [one for one in view.curves if not one.is_faint]
+        for colour, one in zip(categories(len(full)), full, strict=True):
+            if one.bands is not None:
+                low, high = one.bands[0 if of_q else 1]
+                axes.fill_between(100 * one.eps_1, scale * low, scale * high, color=colour, alpha=0.3, lw=0)
             axes.plot(100 * one.eps_1, scale * (one.q if of_q else one.eps_v), color=colour, label=one.label or None)
             for mark in one.marks:
                 at = (100 * mark.eps_1, scale * (mark.q if of_q else mark.eps_v))
                 axes.plot(*at, "o", ms=4.5, mfc="white", mec=INK, mew=1.0, label=None if marked else "states at rest")
                 marked = True
-                if len(view.curves) == 1:
+                if len(full) == 1:
                     axes.annotate(
                         rf"$\eta$ = {mark.eta:.2f}", at, xytext=(6, -9 if of_q else 5), textcoords="offset points",
                         fontsize=7, color=INK,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Bounds", "bounds_of_mean", "wilson"]
+__all__ = ["Bounds", "bounds_of_mean", "interval_of_mean", "students_t", "wilson"]
 
 CHUNK = 64  # directions at a time: bounds the memory
 ROUNDING = 1e-12  # of a variance, relative: beneath it all specimens of a resample are alike
@@ -74,6 +74,26 @@ def bounds_of_mean(
         for part in (slice(first, first + CHUNK) for first in range(0, n, CHUNK))
     ]
     return Bounds(*(np.concatenate(each, axis=1) for each in zip(*parts, strict=True)))
+
+
+def interval_of_mean(
+    values: np.ndarray, confidence: float = 0.95, n_resamples: int = 2000, seed: int = 0
+) -> np.ndarray:
+    """(2, n) studentised bounds of the mean of m specimens' values (m, n); infinite, or NaN, for too few.
+
+    >>> low, high = interval_of_mean(np.random.default_rng(0).normal(size=(40, 1)))
+    >>> bool(-0.6 < low[0] < high[0] < 0.6)
+    True
+    """
+    m = len(values)
+    draws = np.random.default_rng(seed).multinomial(m, np.full(m, 1.0 / m), size=n_resamples).astype(float)
+
+    def at(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        mean, squares = weights @ values / m, weights @ values**2 / m
+        return mean, np.sqrt(_positive(squares - mean**2, squares) / (m - 1 if m > 1 else np.nan))
+
+    (mean, error), (means, errors) = (np.squeeze(each, 0) for each in at(np.ones((1, m)))), at(draws)
+    return _studentised(mean, error, means, errors, confidence)
 
 
 def _bounds(
@@ -175,3 +195,14 @@ def wilson(count: np.ndarray, total: np.ndarray, confidence: float) -> tuple[np.
             found[:, k] = interval.low, interval.high
     low, high = found[:, where.ravel()].reshape(2, *count.shape)
     return low, high
+
+
+def students_t(degrees_of_freedom: int, confidence: float) -> float:
+    """The factor of a two-sided interval of a mean.
+
+    >>> round(students_t(7, 0.95), 3)
+    2.365
+    """
+    from scipy.stats import t
+
+    return float(t.ppf(0.5 + 0.5 * confidence, degrees_of_freedom))

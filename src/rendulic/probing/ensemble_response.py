@@ -49,7 +49,7 @@ def ensemble_response(probes: Given, *, confidence: float = 0.95, n_resamples: i
     Returns
     -------
     xarray.Dataset
-        Dimensions as of `rd.probe`, and `specimen`, `quantile`, `sector`, `sure_sector`. Work in J/m3, directions in
+        Dimensions as of `rd.probe`, and `specimen`, `quantile`, `sector`, `sure_sector`, `possible_sector`. Work in J/m3, directions in
         degrees. At every direction (and norm):
 
         - `d_sigma`, `d_eps` of the mean response, `w2_macro` and `w2_normalised` of it, each with `..._lower` and
@@ -64,7 +64,7 @@ def ensemble_response(probes: Given, *, confidence: float = 0.95, n_resamples: i
 
         At every norm the cone: of the mean `sector_from`, `sector_to` with intervals `..._lower`, `..._upper` (NaN: none on that
         side) and `sector_share`, the share of resamples that have the sector; the `sure_from`, `sure_to` in which
-        the upper bound is negative; `opening`, `sure_opening`, `possible_opening` (lower bound negative). And
+        the upper bound is negative, and `possible_from`, `possible_to` in which the lower is; `opening`, `sure_opening`, `possible_opening` (lower bound negative). And
         `negative_somewhere_share`, of specimens with W2 < 0 in any direction, with its bounds.
 
         `told` says for each specimen what is wrong with it, the attribute `told_of_all` what to know of all, one thing a line.
@@ -363,7 +363,7 @@ def _cones(result: xr.Dataset, negative: np.ndarray, shape: tuple[int, ...]) -> 
     def of_sectors(pick) -> np.ndarray:
         return table([[pick(one) for one in cone.sectors] for cone in cones])
 
-    sector, sure = (*dims, "sector"), (*dims, "sure_sector")
+    sector, sure, possible = (*dims, "sector"), (*dims, "sure_sector"), (*dims, "possible_sector")
     openings = np.array([cone.openings for cone in cones]).T.reshape(3, *outer)
     return xr.Dataset({
         "sector_from": (sector, of_sectors(lambda one: one.first), about("first direction of negative mean W2")),
@@ -375,6 +375,8 @@ def _cones(result: xr.Dataset, negative: np.ndarray, shape: tuple[int, ...]) -> 
         "sector_share": (sector, of_sectors(lambda one: one.share), about("share of resamples with this sector", "1")),
         "sure_from": (sure, table([[span[0] for span in cone.sure] for cone in cones]), about("first sure direction")),
         "sure_to": (sure, table([[span[1] for span in cone.sure] for cone in cones]), about("last sure direction")),
+        "possible_from": (possible, table([[span[0] for span in cone.possible] for cone in cones]), about("first possible direction")),
+        "possible_to": (possible, table([[span[1] for span in cone.possible] for cone in cones]), about("last possible direction")),
         "opening": (dims, openings[0], about("angle of all directions of negative mean W2")),
         "sure_opening": (dims, openings[1], about("angle of those that are sure")),
         "possible_opening": (dims, openings[2], about("angle of those that may be negative")),

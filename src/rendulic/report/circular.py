@@ -43,6 +43,9 @@ def _panels(view: CircularPanels) -> list[Trace]:
         traces.append(_zero_circle() | {"subplot": subplot, "showlegend": not traces})
         for one in panel.curves:
             group = {"legendgroup": one.label, "showlegend": one.label not in seen}
+            traces += [
+                trace | {"subplot": subplot, "legendgroup": one.label} for trace in _of_many(one, colours[one.label])
+            ]
             traces.append(_curve(one, colours[one.label], True) | group | {"subplot": subplot})
             seen.add(one.label)
     return traces
@@ -83,6 +86,7 @@ def _frames(view: CircularDiagram) -> dict[str, list[Trace]]:
                 for other, colour in zip(view.curves, colours, strict=True)
                 if other is not one
             ),
+            *_of_many(one, colours[view.curves.index(one)]),
             _curve(one, colours[view.curves.index(one)], True),
         ]
         for one in view.curves
@@ -104,6 +108,26 @@ def _curve(one: Around, colour: str, is_chosen: bool) -> Trace:
         "customdata": ["" if each else "the sign is not sure" for each in closed],
         "hovertemplate": f"α = %{{theta:.4~g}}°<br>W2n = %{{r:.3f}}<br>%{{customdata}}<extra>{one.label}</extra>",
     }
+
+
+def _of_many(one: Around, colour: str) -> list[Trace]:
+    """Single packings, faint in one trace, and the band of their mean."""
+    traces: list[Trace] = []
+    common: Trace = {"type": "scatterpolar", "mode": "lines", "hoverinfo": "skip", "showlegend": False}
+    if len(one.single):
+        theta, r = [], []
+        for work in one.single:
+            theta += [*numbers(one.alpha), float(one.alpha[0]), None]
+            r += [*numbers(work), *numbers(work[:1]), None]
+        traces.append(common | {"theta": theta, "r": r, "line": {"color": "--muted", "width": 0.7}, "opacity": 0.5})
+    if one.band is not None:
+        low, high = one.band
+        around = [*numbers(one.alpha), float(one.alpha[0])]
+        ring = [*numbers(high), *numbers(high[:1]), *numbers(low[:1]), *numbers(low)[::-1]]
+        traces.append(common | {
+            "theta": [*around, *around[::-1]], "r": ring, "fill": "toself", "opacity": 0.35, "line": {"color": colour, "width": 0},
+        })  # fmt: skip
+    return traces
 
 
 def _zero_circle() -> Trace:

@@ -13,6 +13,7 @@ from rendulic.views.loading import LoadingCurve, LoadingCurves
 __all__ = ["loading_curves"]
 
 MOST_RECORDS = 1500  # of one curve; more are more than the screen has points
+MOST_FAINT = 200  # of one curve behind
 
 
 @interactive(LoadingCurves)
@@ -26,9 +27,43 @@ def loading_curves(name: str, views: Mapping[str, LoadingCurves]) -> Figure:
         "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
     }
     caption = f"{next(iter(views.values())).caption} Choose one to see it in the other figures."
-    families = {label: {"": [trace for one, colour in zip(view.curves, categories(len(view.curves)), strict=True)
-                             for trace in _traces(one, colour)]} for label, view in views.items()}  # fmt: skip
+    families = {label: {"": _all(view)} for label, view in views.items()}
     return Figure(name, caption, families, layout, choice="Specimens")
+
+
+def _all(view: LoadingCurves) -> list[Trace]:
+    """Single packings faint in one trace for each panel, and all that is full over them."""
+    full = [one for one in view.curves if not one.is_faint]
+    faint = [one for one in view.curves if one.is_faint]
+    traces: list[Trace] = []
+    for row, scale in enumerate((1e-3, -100.0)):
+        x: list[float | None] = []
+        y: list[float | None] = []
+        for one in faint:
+            kept = np.unique(np.linspace(0, len(one.eps_1) - 1, MOST_FAINT).astype(int))
+            x += [*numbers(100.0 * one.eps_1[kept]), None]
+            y += [*numbers(scale * (one.eps_v if row else one.q)[kept]), None]
+        if faint:
+            traces.append({
+                "type": "scatter", "mode": "lines", "name": "single packings", "x": x, "y": y, "hoverinfo": "skip", "opacity": 0.5,
+                "line": {"color": "--muted", "width": 0.7}, "showlegend": row == 0, "legendgroup": "single", "yaxis": "y2" if row else "y",
+            })  # fmt: skip
+    for one, colour in zip(full, categories(len(full)), strict=True):
+        traces += _band(one, colour) + _traces(one, colour)
+    return traces
+
+
+def _band(one: LoadingCurve, colour: str) -> list[Trace]:
+    """The interval of a mean in both panels."""
+    traces: list[Trace] = []
+    for row, (low, high) in enumerate(one.bands or ()):
+        scale, x = (-100.0 if row else 1e-3), numbers(100.0 * one.eps_1)
+        traces.append({
+            "type": "scatter", "mode": "lines", "fill": "toself", "x": [*x, *x[::-1]], "hoverinfo": "skip", "showlegend": False,
+            "y": [*numbers(scale * low), *numbers(scale * high)[::-1]], "line": {"color": colour, "width": 0}, "opacity": 0.35,
+            "legendgroup": one.label, "yaxis": "y2" if row else "y",
+        })  # fmt: skip
+    return traces
 
 
 def _traces(one: LoadingCurve, colour: str) -> list[Trace]:

@@ -41,7 +41,20 @@ def _traces(works: Works) -> list[Trace]:
         ),
         ("inertial term", works.inertial, {"mode": "lines", "line": {"color": "--c3", "dash": "dot"}}),
     )  # fmt: skip
-    return [
+    behind: list[Trace] = []
+    if works.single:
+        y = [each for one in works.single for each in (*numbers(one), None)]
+        behind.append({
+            "type": "scatter", "mode": "lines", "name": "macro, single packings", "x": [*alpha, None] * len(works.single), "y": y,
+            "line": {"color": "--muted", "width": 0.7}, "opacity": 0.5, "hoverinfo": "skip",
+        })  # fmt: skip
+    if works.band is not None:
+        low, high = works.band
+        behind.append({
+            "type": "scatter", "mode": "lines", "fill": "toself", "x": [*alpha, *alpha[::-1]], "y": [*numbers(low), *numbers(high)[::-1]],
+            "line": {"color": "--c0", "width": 0}, "opacity": 0.3, "hoverinfo": "skip", "showlegend": False,
+        })  # fmt: skip
+    return behind + [
         {"type": "scatter", "name": name, "x": alpha, "y": numbers(values)}
         | look
         | {"hovertemplate": "α = %{x:.4~g}°<br>W2 = %{y:.4~g} J/m³<extra>%{fullData.name}</extra>"}
