@@ -9,9 +9,12 @@ import typer
 
 __all__ = ["lab"]
 
+TOLD = 5  # rows that were dropped
+MOST_FIGURES = 12
+
 
 def lab(
-    test: Annotated[Path, typer.Argument(help="A TOML file that names the CSV file, its columns and units.")],
+    test: Annotated[Path, typer.Argument(help="A TOML file that names the file of readings, its columns and units.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for tables and the figure.")] = Path("lab"),
     init: Annotated[bool, typer.Option("--init", help="Write a commented file to begin with, and stop.")] = False,
 ) -> None:
@@ -29,14 +32,35 @@ def lab(
         write_new(test, example())
         return
     result = run_lab_test(test, output)
-    view, found = path_work(result.measured, result.along, result.title), result.along
-    files = [*result.files, *save(draw(view), output, "w2")]
-    typer.echo(f"{test}: {view.verdict}")
-    if found.instability_q.notnull():
-        typer.echo(
-            f"  q = {float(found.instability_q) / 1e3:.2f} kPa, p' = {float(found.instability_p) / 1e3:.2f} kPa, "
-            f"eta = {float(found.instability_eta):.3f}"
-        )
-    for peak, least, by in zip(found.peak_q.values, found.minimum_q.values, found.falls_by.values, strict=True):
-        typer.echo(f"  q falls from {peak / 1e3:.2f} to {least / 1e3:.2f} kPa, by {100 * by / abs(peak):.1f} %")
+    files = list(result.files)
+    for part in result.parts:
+        measured, found = part.measured, part.along
+        name = f"{test}" if len(result.parts) == 1 else f"{test}: {part.title}"
+        if found is None:
+            typer.echo(f"{name}: {part.why_not}")
+            continue
+        typer.echo(f"{name}: {found.attrs['verdict']}")
+        if found.instability_q.notnull():
+            told = f"  q = {float(found.instability_q) / 1e3:.2f} kPa"
+            if found.instability_p.notnull():
+                told += f", p' = {float(found.instability_p) / 1e3:.2f} kPa, eta = {float(found.instability_eta):.3f}"
+            typer.echo(told)
+        for peak, least, by in zip(found.peak_q.values, found.minimum_q.values, found.falls_by.values, strict=True):
+            typer.echo(f"  q falls from {peak / 1e3:.2f} to {least / 1e3:.2f} kPa, by {100 * by / abs(peak):.1f} %")
+        for note in filter(None, measured.attrs["notes"].split("; ")):
+            typer.echo(f"  look at it: {note}")
+        if measured.attrs["n_dropped"]:
+            typer.echo(
+                f"  {measured.attrs['n_dropped']} rows of the file dropped: {shortened(measured.attrs['dropped'])}"
+            )
+        if len(result.parts) <= MOST_FIGURES:
+            files += save(draw(path_work(measured, found, part.title)), part.folder, "w2")
+    if len(result.parts) > MOST_FIGURES:
+        typer.echo(f"figures are drawn of up to {MOST_FIGURES} loadings: choose one by leg or where")
     typer.echo(f"{len(files)} files written to {output}")
+
+
+def shortened(dropped: str) -> str:
+    """The first few of what was dropped; all of it is in the tables' attributes."""
+    told = dropped.split("; line ")
+    return "; line ".join(told[:TOLD]) + (f"; and {len(told) - TOLD} more" if len(told) > TOLD else "")

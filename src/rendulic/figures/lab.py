@@ -49,6 +49,12 @@ def _path_work(view: PathWork) -> Figure:
         shown = [("eps_1", 100, "q", 1e-3), ("p", 1e-3, "q", 1e-3), ("eps_1", 100, "eps_v", 100)]
         places = [panels[0], panels[1], *panels[3:]]
         for axes, (x, x_scale, y, y_scale) in zip(places, shown, strict=False):
+            if x == "p" and not view.is_effective:
+                axes.text(
+                    0.5, 0.5, "total stresses: no stress path", ha="center", va="center", transform=axes.transAxes
+                )
+                axes.set_axis_off()
+                continue
             readings = axes.plot(x_scale * measured[x], y_scale * measured[y], ".", ms=3, color=FAINT)[0]
             fit = axes.plot(x_scale * along[x], y_scale * along[y], color=COLOURS[0])[0]
             readings.set_label("readings")
@@ -68,6 +74,8 @@ def _path_work(view: PathWork) -> Figure:
                 (panels[1], 1e-3 * edge.p, 1e-3 * edge.q, None),
                 (panels[2], 100 * edge.eps_1, 0.0, 100 * edge.error),
             ):
+                if axes is panels[1] and not view.is_effective:
+                    continue
                 axes.errorbar(
                     abscissa, ordinate, xerr=bar, fmt="o", ms=5, color=NEGATIVE, mec=INK, mew=0.6, capsize=2, zorder=5,
                     mfc=NEGATIVE if edge.falls else "white", label="" if edge.falls in named else label,

@@ -10,7 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submodules={"lammps", "yade"},
     submod_attrs={
-        "lab": ["read_triaxial"],
+        "lab": ["read_triaxial", "read_triaxial_tests"],
         "plain_text": ["read_plain_text", "write_plain_text"],
         "reading": ["read", "read_assembly"],
         "snapshot": ["read_about", "read_snapshot", "write_snapshot"],
@@ -21,7 +21,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
 
 if TYPE_CHECKING:
     from rendulic.io import lammps, yade
-    from rendulic.io.lab import read_triaxial
+    from rendulic.io.lab import read_triaxial, read_triaxial_tests
     from rendulic.io.plain_text import read_plain_text, write_plain_text
     from rendulic.io.reading import read, read_assembly
     from rendulic.io.snapshot import read_about, read_snapshot, write_snapshot

@@ -60,7 +60,9 @@ class PathNoise(NamedTuple):
     Attributes
     ----------
     value : (m, n) array
-        Standard deviation of the conjugate stress, whose slope W2 is, in Pa, for m widths and n readings.
+        Standard deviation of the conjugate stress, whose slope W2 is, in Pa, for m widths and n readings: no less than this.
+    value_seen : (m, n) array
+        The same without the growth of step 3: what was seen as noise.
     w2 : (m, n) array
         That of W2, in Pa.
     w2_detail : (m, n) array
@@ -68,6 +70,7 @@ class PathNoise(NamedTuple):
     """
 
     value: np.ndarray
+    value_seen: np.ndarray
     w2: np.ndarray
     w2_detail: np.ndarray
 
@@ -179,16 +182,18 @@ def noise_of(y: np.ndarray, fits: Sequence[LocalFits]) -> PathNoise:
         value[:], slope[:], is_noise[:] = scatter * np.median(fits[0].value_gain), scatter, 1.0
     else:
         value[-1], slope[-1] = GROWTH**0.5 * value[-2], slope[-2]
-    value, slope = _bounded(value, is_noise, counts, 0.5), _bounded(slope, is_noise, counts, 0.0)
+    seen, slope = (_bounded(size, is_noise, counts, 0.0) for size in (value, slope))
+    value = _bounded(value, is_noise, counts, 0.5)
     floor = ROUNDING * max(float(np.abs(_conjugate(y, fits[-1])).max()), 1e-300)
-    square_value, square_w2 = np.zeros((m, n)), np.zeros((m, n))
+    square_value, square_seen, square_w2 = (np.zeros((m, n)) for _ in range(3))
     for j in reversed(range(m)):
         edge = np.maximum(fits[j].value_gain / np.median(fits[j].value_gain), 1.0)
         square_value[j] = (value[j] * edge) ** 2 + (square_value[j + 2] if j + 2 < m else floor**2)
+        square_seen[j] = (seen[j] * edge) ** 2 + (square_seen[j + 2] if j + 2 < m else floor**2)
         square_w2[j] = (slope[j] * fits[j].slope_gain) ** 2
         square_w2[j] += square_w2[j + 2] if j + 2 < m else (floor * fits[j].slope_gain) ** 2
     details = np.stack([np.maximum(slope[j], floor) * fits[j].slope_gain for j in range(m)])
-    return PathNoise(np.sqrt(square_value), np.sqrt(square_w2), details)
+    return PathNoise(np.sqrt(square_value), np.sqrt(square_seen), np.sqrt(square_w2), details)
 
 
 def _conjugate(y: np.ndarray, along: LocalFits) -> np.ndarray:

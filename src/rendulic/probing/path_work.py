@@ -100,6 +100,8 @@ def w2_along(curve: xr.Dataset, window: float | None = None) -> xr.Dataset:
     found = found if window is None else shown
     value, slope = (_picked(np.stack([getattr(fit, name) for fit in fits]), width) for name in ("value", "slope"))
     fitted = stress_columns(value[:, :3, None] * np.eye(3), value[:, 3:, None] * np.eye(3))
+    if curve.attrs.get("stress") == "total":
+        fitted = {name: column for name, column in fitted.items() if name not in ("p", "eta")}
     sense = 1.0 if eps[-1, 0] > eps[0, 0] else -1.0
     stretches = _stretches(found.turns())
     edges = {
@@ -114,7 +116,7 @@ def w2_along(curve: xr.Dataset, window: float | None = None) -> xr.Dataset:
         of_width = fits[first.width if window is None else int(np.interp(first.at, s, width))].value
         there = np.array([np.interp(first.at, s, column) for column in of_width.T])
         columns = stress_columns(np.diag(there[:3]), np.diag(there[3:]))
-        point = {name: float(columns[name]) for name in AT}
+        point |= {name: float(columns[name]) for name in AT if name in fitted}
     for name in ("from", "to"):
         edges[name] = eps[0, 0] + sense * edges[name]
     verdict, is_undecided = _words(edges, found)
@@ -186,7 +188,7 @@ class _Path:
                 continue
             part = np.arange(between[k], between[k + 2] + 1)
             w2, error, noise, reach = (
-                rows[every, part] for rows in (self.rows, self.noise.w2, self.noise.value, self.reach)
+                rows[every, part] for rows in (self.rows, self.noise.w2, self.noise.value_seen, self.reach)
             )
             found.append(_Turn(*located(self.s[part], w2, error, noise, reach, sign), sign))
         return found

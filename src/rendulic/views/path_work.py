@@ -38,6 +38,11 @@ class PathWork(View):
     along: xr.Dataset
 
     @property
+    def is_effective(self) -> bool:
+        """Whether there is a mean effective stress."""
+        return "p" in self.along
+
+    @property
     def swells(self) -> bool:
         """Whether the volume changes."""
         return float(np.abs(self.measured.eps_v).max()) > 1e-9
@@ -51,7 +56,10 @@ class PathWork(View):
             for side, falls in (("from", True), ("to", False)):
                 at, error = (float(along[f"{side}_{name}"][k]) for name in ("eps_1", "error"))
                 if np.isfinite(error):
-                    q, p = (float(np.interp(at, strain[order], along[name].values[order])) for name in ("q", "p"))
+                    q, p = (
+                        float(np.interp(at, strain[order], along[name].values[order])) if name in along else np.nan
+                        for name in ("q", "p")
+                    )
                     found.append(Edge(at, error, q, p, falls))
         return found
 

@@ -2,38 +2,50 @@
 
 from __future__ import annotations
 
+import csv
+import math
 import os
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.validation import Positive, Section, read_toml, validated
 from rendulic.foundation.whole_file import whole_file, writable_folder
-from rendulic.io.lab import read_triaxial
+from rendulic.io.lab import read_triaxial_tests
 from rendulic.io.tables import write_csv, write_dataset, write_tables
 from rendulic.probing.path_work import w2_along
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["LabResult", "LabTest", "example", "read_lab_test", "run_lab_test"]
+__all__ = ["LabPart", "LabResult", "LabTest", "example", "read_lab_test", "run_lab_test"]
 
 
 class Format(Section):
     """How the file is written; see `rd.io.read_triaxial`."""
 
+    delimiter: str = Field(",", description='one sign, or "blanks": any run of blanks and tabs')
+    decimal: Literal[".", ","] = "."
+    comment: str | None = Field(None, min_length=1, description="what lines begin with that are not read")
+    heading_line: int = Field(1, ge=0, description="0: there is none, and columns are numbers, from 1 on")
+    first_line: int | None = Field(None, ge=1, description="of readings")
+    last_line: int | None = Field(None, ge=1)
+    encoding: str = "utf-8-sig"
+    sheet: str | None = Field(None, description="of a workbook (.xlsx)")
+    key: str | None = Field(None, description="of an array in an .npz file")
+    where: dict[str, str] | None = Field(None, description='of a file with many tests: column and entry, or "all"')
+    leg: int | Literal["all"] | None = Field(None, description="of a test with unloading; all, if none is given")
     extension: bool = False
     dilation_positive: bool = False
+    tension_positive: bool = False
+    initial_void_ratio: Positive | None = None
     strain: Literal["engineering", "logarithmic"] = "engineering"
-    delimiter: str = ","
-    decimal: Literal[".", ","] = "."
-    heading_line: int = Field(1, ge=1)
-    first_line: int | None = None
-    encoding: str = "utf-8-sig"
 
 
 class Analysis(Section):
@@ -43,37 +55,82 @@ class Analysis(Section):
 
 
 class LabTest(Section):
-    """One loading of a triaxial test."""
+    """A triaxial test, or several in a file. Entries of `[format]` may stand beside `file`, too."""
 
-    file: str = Field(min_length=1, description="CSV, beside the description")
+    file: str = Field(min_length=1, description="text, .xlsx or .npz, beside the description")
     drainage: Literal["drained", "undrained"]
-    columns: dict[str, str]
+    columns: dict[str, str | int]
     units: dict[str, str]
     constants: dict[str, float] = Field(default_factory=dict)
     format: Format = Format()
     analysis: Analysis = Analysis()
 
+    @model_validator(mode="before")
+    @classmethod
+    def _all_in_format(cls, table: Any) -> Any:
+        if not isinstance(table, dict) or not isinstance(table.get("format", {}), dict):
+            return table
+        inner = dict(table.get("format", {}))
+        outer = {name: value for name, value in table.items() if name in cls.model_fields}
+        for name, value in table.items():
+            if name not in outer:
+                (inner if name in Format.model_fields and name not in inner else outer)[name] = value
+        constants = outer.get("constants")
+        if isinstance(constants, dict) and "initial_void_ratio" in constants:
+            outer["constants"] = {name: value for name, value in constants.items() if name != "initial_void_ratio"}
+            inner.setdefault("initial_void_ratio", constants["initial_void_ratio"])
+        return outer | ({"format": inner} if inner else {})
+
 
 @dataclass(frozen=True)
-class LabResult:
-    """What a test gave.
+class LabPart:
+    """What one loading gave.
 
     Parameters
     ----------
     title : str
-        The file and the drainage.
+        The file, the test and the leg, and the drainage.
     measured : xarray.Dataset
         Of `rd.io.read_triaxial`.
-    along : xarray.Dataset
-        Of `rd.w2_along`.
-    files : list of Path
-        What was written.
+    along : xarray.Dataset, optional
+        Of `rd.w2_along`; None if there are too few readings.
+    folder : Path
+        Where its tables are.
+    why_not : str
+        Why there is no `along`.
     """
 
     title: str
     measured: xr.Dataset
-    along: xr.Dataset
+    along: xr.Dataset | None
+    folder: Path
+    why_not: str = ""
+
+
+@dataclass(frozen=True)
+class LabResult:
+    """What a description gave.
+
+    Parameters
+    ----------
+    parts : list of LabPart
+        The loading, or each test and leg.
+    files : list of Path
+        What was written.
+    """
+
+    parts: list[LabPart]
     files: list[Path]
+
+    @property
+    def measured(self) -> xr.Dataset:
+        """Readings of the first loading."""
+        return self.parts[0].measured
+
+    @property
+    def along(self) -> xr.Dataset | None:
+        """Second-order work along the first loading."""
+        return self.parts[0].along
 
 
 def example() -> str:
@@ -97,15 +154,22 @@ def read_lab_test(path: str | os.PathLike) -> LabTest:
 EDGES = ("from_eps_1", "to_eps_1", "from_error", "to_error")
 
 
-def write_edges(along: xr.Dataset, path: Path) -> Path:
-    """Where W2 is negative: one line for each stretch, logarithmic strains, empty where it stays open."""
-    with whole_file(path) as temporary:
-        along[list(EDGES)].to_dataframe()[list(EDGES)].to_csv(temporary, index=False)
+def write_edges(along: Mapping[str, xr.Dataset], path: Path) -> Path:
+    """Where W2 is negative: one line for each stretch, logarithmic strains, empty where it stays open; tests by name."""
+    with whole_file(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        several = len(along) > 1
+        writer.writerow([*EDGES, *(["test"] if several else [])])
+        for name, found in along.items():
+            for row in zip(*(found[column].values.tolist() for column in EDGES), strict=True):
+                writer.writerow(["" if math.isnan(value) else value for value in row] + ([name] if several else []))
     return path
 
 
 def run_lab_test(path: str | os.PathLike, folder: str | os.PathLike) -> LabResult:
     """Read the test described at `path`; write readings and second-order work into `folder`.
+
+    Several tests, or legs, get folders of their own, and `edges.csv` lists the edges of all.
 
     Raises
     ------
@@ -114,20 +178,30 @@ def run_lab_test(path: str | os.PathLike, folder: str | os.PathLike) -> LabResul
     """
     test = read_lab_test(path)
     readings = Path(path).parent / test.file
-    measured = read_triaxial(
-        readings,
-        test.columns,
-        test.units,
-        drainage=test.drainage,
-        constants=test.constants,
-        **test.format.model_dump(),
+    tests = read_triaxial_tests(
+        readings, test.columns, test.units, drainage=test.drainage, constants=test.constants, **test.format.model_dump()
     )
-    try:
-        along = w2_along(measured, test.analysis.window)
-    except InvalidInput as error:
-        raise InvalidInput(f"{readings}: {error}") from None
+    parts, told = [], [f"{readings.name}, {test.drainage}"]
+    for name, measured in tests.items():
+        along, why_not = None, ""
+        try:
+            along = w2_along(measured, test.analysis.window)
+        except InvalidInput as error:
+            if len(tests) == 1:
+                raise InvalidInput(f"{readings}: {error}") from None
+            why_not = str(error)
+        title = ", ".join([*told, name] if name else told)
+        parts.append(LabPart(title, measured, along, Path(folder) / re.sub(r"[^\w.-]+", "_", name), why_not))
     folder = writable_folder(folder)
-    files = [write_dataset(measured, folder / "measured.nc"), write_csv(measured, folder / "measured.csv")]
-    files += [write_dataset(along, folder / "w2.nc"), *write_tables(along.drop_dims("edge"), folder / "w2.csv")]
-    files.append(write_edges(along, folder / "edges.csv"))
-    return LabResult(f"{readings.name}, {test.drainage}", measured, along, files)
+    files = []
+    for part in parts:
+        place = writable_folder(part.folder)
+        files += [write_dataset(part.measured, place / "measured.nc"), write_csv(part.measured, place / "measured.csv")]
+        if part.along is not None:
+            files.append(write_dataset(part.along, place / "w2.nc"))
+            files += write_tables(part.along.drop_dims("edge"), place / "w2.csv")
+            files.append(write_edges({"": part.along}, place / "edges.csv"))
+    if len(parts) > 1:
+        every = {name: part.along for name, part in zip(tests, parts, strict=True) if part.along is not None}
+        files.append(write_edges(every, folder / "edges.csv"))
+    return LabResult(parts, files)
