@@ -21,6 +21,7 @@ from rendulic.views.catalogue import catalogue, units_for
 from rendulic.views.circular import circular_diagram, circular_panels
 from rendulic.views.ensemble_map import ensemble_map
 from rendulic.views.ensembles import ensembles, said
+from rendulic.views.finite_size import exponent_of_share, finite_size
 from rendulic.views.loading import mean_of_curves
 from rendulic.views.macro_micro import mean_works
 from synthetic import ALPHA, Gaussian, probes_of, specimens
@@ -201,3 +202,34 @@ def test_the_map_of_ensembles_needs_several_packings(study):
     )
     assert units_for(plan_of(alone), ["ensemble"]) == []
     assert StateId("a", "seed", 1, 0.1) in plan_of(alone).states
+
+
+# -- sizes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("true", [0.0, -1.0])
+def test_the_exponent_of_a_share_is_within_its_interval(true):
+    """Shares that fall as N^k, drawn 200 times: the interval holds k in at least 92 of 100."""
+    generator = np.random.default_rng(0)
+    sizes, total = np.array([1000, 3000, 10000]), np.array([64, 48, 32])
+    shares = 0.5 * (sizes / 1000.0) ** true
+    hits = 0
+    for trial in range(200):
+        _, low, high = exponent_of_share(sizes, generator.binomial(total, shares), total, trial)
+        hits += low <= true <= high
+    assert hits >= 184
+
+
+def test_sizes_say_whether_instability_falls_as_one_over_n(stable, unstable):
+    """Of each stress ratio; both libraries have three rows and the 1/N line."""
+    some = rd.ensemble_response(specimens(Gaussian(-0.02), 12, 3), **QUICK)
+    view = finite_size(
+        {0.48: {1000: unstable, 10000: unstable}, 0.1: {1000: some, 100000: stable}, 0.3: {1000: stable}}, "sizes"
+    )
+    assert [one.label for one in view.series] == ["η = 0.1", "η = 0.48"]
+    assert "η = 0.48: the share of unstable packings goes as N^" in view.verdict
+    assert view.verdict.endswith("as no change would.")
+    assert_allclose(view.series[1].opening[:, 0], [unstable.opening, unstable.sure_opening, unstable.possible_opening])
+    assert len(view.tables[0].rows) == 5
+    assert len(draw(view).axes) == 3
+    assert [trace["name"] for trace in on_page(view).families["one"][""]].count("1/N") == 2

@@ -33,7 +33,7 @@ class Chapter:
 
 # the answer first; every figure that is in none of these comes under "others"
 SECTIONS = (
-    Chapter("cones", "Unstable directions", ("ensemble", "cones", "amplitude", "map")),
+    Chapter("cones", "Unstable directions", ("ensemble", "sizes", "cones", "amplitude", "map")),
     Chapter(
         "directions", "Second-order work by direction", ("fig3", "side_by_side", "fig4", "sphere", "stress_probes")
     ),
