@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
 import os
+import re
+import threading
 import time
 from collections.abc import Mapping
 from concurrent.futures import CancelledError
@@ -14,11 +17,14 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from rendulic.foundation.errors import InvalidInput, RendulicError
+from rendulic.foundation.json_text import read_json_text
 from rendulic.study.execution.executor import Event
 
 __all__ = ["ClusterWorkers", "carry_out_on_worker"]
 
 TOPIC = "rendulic"
+ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?([\w.-]+|\[[0-9A-Fa-f:.%\w]+\]):[0-9]{1,5}")
+TO_SAY_WHO = 7.0  # seconds for whatever is at the address to say that it is a scheduler
 PATIENCE = 30  # seconds for the scheduler to answer
 SECONDS_PER_COUNT = 10.0  # between counts of the workers, which come and go
 
@@ -54,9 +60,10 @@ class ClusterWorkers:
         self.folder = str(Path(folder).absolute())
         self._events: SimpleQueue[Event] = SimpleQueue()
         self._futures: dict[str, Any] = {}
+        address = _address(address)
+        _expect_scheduler(address)
         try:
-            where = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
-            self._client = Client(**where, timeout=PATIENCE, set_as_default=False)
+            self._client = Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, TimeoutError, ValueError, ImportError) as error:
             raise InvalidInput(f"no Dask scheduler at {address}: {error or type(error).__name__}") from None
         self._count()
@@ -125,6 +132,57 @@ class ClusterWorkers:
                 self._client.cancel(list(self._futures.values()), force=True)
         with suppress(Exception):
             self._client.close(timeout=PATIENCE)
+
+
+def _address(given: str) -> str:
+    """The address of a scheduler, from itself or from a scheduler file."""
+    address: object = given
+    if Path(given).is_file():
+        try:
+            address = read_json_text(Path(given).read_bytes())["address"]
+        except (OSError, ValueError, TypeError, KeyError, IndexError):
+            raise InvalidInput(f"{given} is no scheduler file of Dask: expected JSON with an 'address'") from None
+    if not isinstance(address, str) or not ADDRESS.fullmatch(address):
+        place = "" if address == given else f" in {given}"
+        raise InvalidInput(
+            f"the address of a Dask scheduler is like tcp://host:8786, or a scheduler file; got {str(address)[:200]!r}{place}"
+        )
+    return address
+
+
+def _expect_scheduler(address: str) -> None:
+    """Raise `InvalidInput` unless a scheduler answers soon; the client of Dask waits minutes for what never answers.
+
+    In a thread of its own, as there may be an event loop in this one; and left alone, if it does not end.
+    """
+    answers: SimpleQueue[str] = SimpleQueue()
+    threading.Thread(target=lambda: answers.put(asyncio.run(_who_is_at(address))), daemon=True).start()
+    try:
+        found = answers.get(timeout=TO_SAY_WHO + 1.0)
+    except Empty:
+        found = "it does not answer"
+    if found != "Scheduler":
+        raise InvalidInput(f"no Dask scheduler at {address}: {found}")
+
+
+async def _who_is_at(address: str) -> str:
+    """What kind of server it says that it is, or why that is not known."""
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    try:
+        arguments = Security().get_connection_args("client")
+        async with asyncio.timeout(TO_SAY_WHO):
+            async with rpc(address, timeout=TO_SAY_WHO, connection_args=arguments) as server:
+                kind = str((await server.identity())["type"])
+        return kind if kind == "Scheduler" else f"it is a {kind}"[:200]
+    except TimeoutError:
+        return "it does not answer"
+    except OSError as error:
+        return " ".join(str(error).split())[:200] or type(error).__name__
+    # whatever a server that is none may send
+    except Exception as error:
+        return f"what answers there is no scheduler ({' '.join(str(error).split())[:200] or type(error).__name__})"
 
 
 def _gone(why: str) -> RendulicError:
