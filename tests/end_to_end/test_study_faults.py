@@ -254,7 +254,7 @@ def test_a_unit_that_fails_is_recorded_and_the_rest_goes_on(study, tmp_path):
 
 
 def test_damaged_files_are_found_named_and_made_again(study, tmp_path):
-    """What is needed is refused by name; `info --check` names all; `--repair` makes them again, to the same bytes."""
+    """A run and `info --check` name all, with a code of their own; `--repair` makes them again, to the same bytes."""
     path, folder = study(GRAINS), tmp_path / "out"
     run_study(read_study(path), folder)
     before, store = units(folder), Store(folder)
@@ -272,9 +272,11 @@ def test_damaged_files_are_found_named_and_made_again(study, tmp_path):
     assert f"damaged: {flipped}" in told
     # a state that starts from a damaged packing must be made: the run says what is damaged and what to do
     store.remove(state)
-    code, _, err = finish(path, folder)
-    assert code == 3
-    assert str(truncated) in err
+    code, out, err = finish(path, folder)
+    assert code == 4
+    assert f"damaged: {truncated}" in err
+    assert f"damaged: {flipped}" in err
+    assert f"{len(before) - 3} of {len(before)} units are done" in out
     assert "--repair" in err
     assert store.failures()[state]["is_final"] is False
     code, out, err = finish(path, folder, "--repair")

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rendulic.cli.run import DAMAGED
+
 if TYPE_CHECKING:
     from rendulic.chang_hicher.point import MaterialPoint
     from rendulic.dem.assembly import Assembly
@@ -15,7 +17,6 @@ if TYPE_CHECKING:
 __all__ = ["info"]
 
 SHOWN = 20  # missing units that are named
-DAMAGED = 4  # exit code: a result is not what was written
 
 
 def info(

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["in_order", "run", "run_and_draw", "say_how_it_went", "workers_of"]
 
-# exit codes: some units failed and all others are done; stopped by the user
-FAILED, STOPPED = 3, 130
+# exit codes: some units failed and all others are done; finished ones are damaged; stopped by the user
+FAILED, DAMAGED, STOPPED = 3, 4, 130
 
 
 def run(
@@ -45,7 +45,7 @@ def run(
     """Do what a study asks for: specimens, states, probes, cones, bursts, paths, figures.
 
     Finished work in the folder is not done again, so an interrupted run goes on where it stopped. Exit code 3: something
-    failed, the rest is done.
+    failed, the rest is done; 4: finished results are damaged, --repair makes them again.
 
     Example: rendulic run study.toml -o results
     """
@@ -74,7 +74,7 @@ def run_and_draw(
     repair: bool = False,
     what: str = "",
 ) -> None:
-    """Do all of a study, or what some figures need; draw, and say how it went. Code 3 if something failed."""
+    """Do all of a study, or what some figures need; draw, and say how it went. Codes as of `say_how_it_went`."""
     from rendulic.figures.of_study import draw_study
     from rendulic.foundation.errors import InvalidInput
     from rendulic.study.execution.campaign import run_study
@@ -126,7 +126,7 @@ def workers_of(scheduler: str | None, workers: int | None):
 
 
 def say_how_it_went(run: StudyRun, drawn: Mapping[str, list[Drawn]]) -> None:
-    """Answers, counts, figures, failures; ends the program with code 3 if there are any of these."""
+    """Answers, counts, figures, failures; ends the program with code 3 if there are any of these, 4 for damage."""
     outcome, folder = run.outcome, run.results.store.folder
     for damage in run.repaired.values():
         typer.echo(f"made again: {str(damage).partition('; run again')[0]}")
@@ -134,15 +134,18 @@ def say_how_it_went(run: StudyRun, drawn: Mapping[str, list[Drawn]]) -> None:
         for verdict in verdicts((one.view.title, one.view) for one in views):
             typer.echo(f"{name}: {verdict}")
     total = len(outcome.done) + len(outcome.failed) + len(outcome.blocked)
-    typer.echo(f"{len(outcome.done)} of {total} units are done, {outcome.made} of them now, in {folder}")
+    typer.echo(
+        f"{len(outcome.done - set(run.damaged))} of {total} units are done, {outcome.made} of them now, in {folder}"
+    )
     for name, views in drawn.items():
         files = [str(file) for one in views for file in one.files]
         typer.echo(f"{name}: {', '.join(files) or 'not drawn, as nothing that it shows is finished'}")
     typer.echo(f"all of it on one page: rendulic report {folder}")
-    if not outcome.failed:
-        return
+    for damage in run.damaged.values():
+        typer.secho(f"damaged: {damage}", fg="red", err=True)
     for unit, error in outcome.failed.items():
         typer.secho(f"failed: {unit.label}: {error}", fg="red", err=True)
     if outcome.blocked:
         typer.secho(f"{len(outcome.blocked)} units wait for these", fg="red", err=True)
-    raise typer.Exit(FAILED)
+    if run.damaged or outcome.failed:
+        raise typer.Exit(DAMAGED if run.damaged else FAILED)

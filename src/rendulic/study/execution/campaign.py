@@ -40,12 +40,15 @@ class StudyRun:
         States and tables.
     repaired : dict of str to CorruptFile
         Units that were damaged and made again.
+    damaged : dict of str to CorruptFile
+        Units that were finished and are damaged now; they count as missing.
     """
 
     results: Results
     outcome: Outcome
     products: list[Path]
     repaired: dict[str, CorruptFile]
+    damaged: dict[str, CorruptFile]
 
 
 def run_study(
@@ -73,14 +76,15 @@ def run_study(
     retry, watch
         As for `run_units`.
     repair : bool
-        Whether finished units are read first, and those whose files are damaged made again.
+        Whether finished units whose files are damaged are made again. All are read first in any case; without `repair`
+        they stay as they are, and are named in the result.
 
     Raises
     ------
     InvalidInput
         If the folder cannot be written to, or another process works on it.
     CorruptFile
-        If a finished result that a table needs is damaged.
+        If a finished result is damaged while the study runs.
     RendulicError
         If a result cannot be kept; see `run_units`.
     """
@@ -91,13 +95,15 @@ def run_study(
         about: dict[str, Any] = {"rendulic": __version__, "results": RESULTS}
         about["wanted"] = None if only is None else list(units)
         store.write_json(RECORD, about | {"study": study.model_dump(mode="json", exclude_unset=True)})
-        repaired = store.damaged(store.keys() & set(units)) if repair else {}
+        damaged = store.damaged(store.keys() & set(units))
+        repaired, damaged = (damaged, {}) if repair else ({}, damaged)
         for key in repaired:
             store.remove(key)
         outcome = run_units(units, store, executor(store.folder), retry=retry, watch=watch)
         results = Results(plan, store, units)
+        results.done -= set(damaged)
         products = write_products(results) if study.figures.tables else []
-    return StudyRun(results, outcome, products, repaired)
+    return StudyRun(results, outcome, products, repaired, damaged)
 
 
 def results_in(folder: str | os.PathLike) -> Results:
