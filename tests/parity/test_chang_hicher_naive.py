@@ -208,7 +208,7 @@ PATHS = {
 
 def records(sand, void_ratio, path):
     """What is recorded of the assembly and of the planes along a path, by name."""
-    driven = follow_path(sand.at(P, void_ratio), path).driven
+    driven = follow_path(sand.at(P, void_ratio), path).driven.of_all_planes()
     return driven.record, driven.plane_record
 
 

@@ -6,13 +6,11 @@ import numpy as np
 
 from rendulic.chang_hicher.kernels.arrays import ControlArrays
 from rendulic.chang_hicher.kernels.rates import homogenise
+from rendulic.chang_hicher.law.planes import AXISYMMETRIC, EXCHANGE, GENERAL, MIRRORS, ORTHOTROPIC
 from rendulic.chang_hicher.measure.planes import reference_scales, state_of_planes
 from rendulic.chang_hicher.state import PointState
 
-__all__ = ["control_of", "is_symmetric", "six_equations"]
-
-EXCHANGE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])  # of the lateral axes
-MIRRORS = (np.diag([-1.0, 1.0, 1.0]), np.diag([1.0, -1.0, 1.0]), np.diag([1.0, 1.0, -1.0]))
+__all__ = ["control_of", "is_symmetric", "six_equations", "symmetry_of"]
 
 
 def control_of(
@@ -68,4 +66,40 @@ def is_symmetric(point: PointState, operation: np.ndarray, stress: np.ndarray) -
         image is not None
         and bool(np.abs(operation @ stress @ operation.T - stress).max() <= 1e-9 * np.abs(stress).max())
         and bool(np.abs(point.memory[image] - point.memory).max() <= 1e-6 * np.abs(point.memory).max())
+    )
+
+
+def symmetry_of(point: PointState, control: ControlArrays) -> int:
+    """The symmetry that a point has and keeps under a control: one of those of `law.planes`.
+
+    Planes that it maps onto each other then respond alike, and one of them is enough.
+    """
+    shears = control.stress_rows[3:, 3:]
+    stress = point.stress
+    if not (shears == np.eye(3)).all() or control.target[3:].any():
+        return GENERAL
+    if not all(is_symmetric(point, one, stress) and _keeps_strains(point, one) for one in MIRRORS):
+        return GENERAL
+    if not (is_symmetric(point, EXCHANGE, stress) and _keeps_strains(point, EXCHANGE)):
+        return ORTHOTROPIC
+    # the three principal equations, all terms of one size: are they the same when the lateral axes are exchanged?
+    scale = control.strain_scale / control.stress_scale
+    size = max(float(np.abs(control.target[:3]).max()), 1e-300)
+    own = np.column_stack((control.stress_rows[:3, :3], control.strain_rows[:3, :3] * scale, control.target[:3] / size))
+    basis = np.linalg.qr(own.T)[0]
+    exchanged = own[:, [0, 2, 1, 3, 5, 4, 6]].T
+    left = exchanged - basis @ (basis.T @ exchanged)
+    return AXISYMMETRIC if np.abs(left).max() <= 1e-12 else ORTHOTROPIC
+
+
+def _keeps_strains(point: PointState, operation: np.ndarray) -> bool:
+    """Whether the strains of the planes are the same after an operation that maps planes onto planes."""
+    geometry = point.model.geometry
+    image, strain = geometry.image(operation), point.plane_strain
+    assert image is not None
+    sense = np.sign(np.einsum("ai,ij,aj->a", geometry.normal[image], operation, geometry.normal))
+    turned = sense[:, None] * (strain[:, 1:] @ operation.T)
+    limit = 1e-9 * np.abs(strain).max()
+    return bool(
+        np.abs(strain[image, 0] - strain[:, 0]).max() <= limit and np.abs(strain[image, 1:] - turned).max() <= limit
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from rendulic.chang_hicher.drive.equations import symmetry_of
 from rendulic.chang_hicher.drive.phase import PhaseRecord
 from rendulic.chang_hicher.kernels import integrate
 from rendulic.chang_hicher.kernels.arrays import (
@@ -19,6 +20,7 @@ from rendulic.chang_hicher.kernels.arrays import (
 )
 from rendulic.chang_hicher.kernels.columns import PLANE, STATE
 from rendulic.chang_hicher.kernels.events import ENDS
+from rendulic.chang_hicher.law.planes import GENERAL
 from rendulic.chang_hicher.measure.planes import state_of_planes
 from rendulic.chang_hicher.state import PointState
 
@@ -26,7 +28,7 @@ __all__ = ["LEAST_RECORDS", "TOLERANCE", "Integration"]
 
 TOLERANCE = 1e-8  # error per step, relative to the stress, and to the elastic strain of that stress
 LEAST_RECORDS = 200  # along a path that is followed for its curve
-ROWS_AT_A_TIME = 512
+ROWS_AT_A_TIME = 320
 LARGEST_STRAIN = 0.3  # of any axis, where nothing else bounds it
 EMPTY = 1e-5  # of the mean stress at the start: a plane with less normal stress carries nothing
 FIRST_STEP = 1e-3  # of arc length, in which the elastic response to the present stress is about 1
@@ -66,26 +68,35 @@ class Integration:
             "floor": min(EMPTY * control.stress_scale, 0.5 * least),
             "reach": LARGEST_STRAIN,
         }
-        self.problem = Problem(point.material, point.model.planes, control, Ends(**{**always, **(ends or {})}))
+        # of planes that respond alike, one
+        symmetry = symmetry_of(point, control)
+        planes = point.model.planes_under(symmetry)
+        self.orbits = None if symmetry == GENERAL else point.model.geometry.orbits(symmetry)
+        own = slice(None) if self.orbits is None else self.orbits.first
+        self.problem = Problem(point.material, planes, control, Ends(**{**always, **(ends or {})}))
         self.settings = Settings(tolerance, largest_step, first_step, watches_planes)
-        self.now = new_path_state(point.sigma, point.eps, point.plane_strain, point.memory)
-        self.scratch = new_scratch(len(point.memory))
+        self.now = new_path_state(point.sigma, point.eps, point.plane_strain[own], point.memory[own])
+        self.scratch = new_scratch(len(self.now.memory))
         self._pieces: list[Records] = []
 
     def to_end(self, on_piece: Callable[[float], None] = lambda _share: None) -> str:
         """Follow to the end and return what it was; `on_piece` is told the share of the way now and then."""
-        n, y = len(self.point.memory), self.now.y
+        n, y = len(self.now.memory), self.now.y
         while True:
             records = new_records(ROWS_AT_A_TIME, n, 20 * n + 50)
             end = ENDS[integrate.follow(self.problem, self.settings, self.now, self.scratch, records)]
             self._pieces.append(records.filled())
             self.point.sigma = y[STATE.stress : STATE.strain].copy()
             self.point.eps = y[STATE.strain : STATE.parameter].copy()
+            if self.orbits is not None:
+                self.point.memory = self.orbits.every(self.now.memory)
+                self.point.plane_strain[:, 0] = self.orbits.every(self.now.plane_strain[:, 0])
+                self.point.plane_strain[:, 1:] = self.orbits.every_vector(self.now.plane_strain[:, 1:])
             on_piece(float(y[STATE.parameter]))
             if end != "full":
                 return end
 
     @property
     def record(self) -> PhaseRecord:
-        """All that was recorded so far."""
-        return PhaseRecord.of(self._pieces)
+        """All that was recorded so far; of planes that respond alike, one."""
+        return PhaseRecord.of(self._pieces, self.orbits)

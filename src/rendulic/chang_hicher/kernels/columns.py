@@ -22,13 +22,14 @@ RECORD_COLUMNS = {
     "tan_phi_p": 1, "void_ratio": 1,
 }  # fmt: skip
 PLANE_RECORD_COLUMNS = {
-    "sigma": 1, "tau": 1, "x": 1, "w2": 1, "eps": 1, "gamma": 3, "is_loading": 1, "w2_normalised": 1,
+    "sigma": 1, "tau": 1, "x": 1, "w2": 1, "eps": 1, "gamma": 1, "is_loading": 1, "w2_normalised": 1,
 }  # fmt: skip
 EVENT_COLUMNS = {"kind": 1, "plane": 1, **STATE_ENTRIES}
 # of `Scratch.plane`: what the kernels know of every plane at the present state
 PLANE_COLUMNS = {
     "sigma": 1, "tau": 1, "modulus": 1, "x": 1, "hardening": 1, "slope": 1, "beta": 1, "softening": 1, "multiplier": 1,
-    "w2": 1, "excess": 1, "kappa": 1, "w2_normalised": 1,
+    "w2": 1, "excess": 1, "kappa": 1,
+    "sizes": 1,  # squared, of the rates of stress and strain that make w2
 }  # fmt: skip
 # of `Scratch.shared`: what all planes share
 SHARED_ENTRIES = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 from rendulic.chang_hicher.kernels.arrays import CONSISTENT, LARGEST_CHANGE
 from rendulic.chang_hicher.kernels.columns import EVENT, PLANE, PLANE_RECORD, RECORD, SHARED, STATE
 from rendulic.foundation.compiling import kernel
@@ -191,10 +193,12 @@ def add_record(now, rate, scratch, records):
             plane[PLANE.w2],
         )
         to[PLANE_RECORD.x] = plane[PLANE.tau] / plane[PLANE.sigma] / scratch.shared[SHARED.tan_peak]
-        for i in range(4):
-            to[PLANE_RECORD.eps + i] = now.plane_strain[a, i]
+        strain = now.plane_strain[a]
+        to[PLANE_RECORD.eps] = strain[0]
+        to[PLANE_RECORD.gamma] = sqrt(strain[1] ** 2 + strain[2] ** 2 + strain[3] ** 2)
         to[PLANE_RECORD.is_loading] = 1.0 if now.active[a] else 0.0
-        to[PLANE_RECORD.w2_normalised] = plane[PLANE.w2_normalised]
+        sizes = plane[PLANE.sizes]
+        to[PLANE_RECORD.w2_normalised] = plane[PLANE.w2] / sqrt(sizes) if sizes > 0.0 else 0.0
     for i in range(6):
         for j in range(6):
             records.compliances[count, i, j] = scratch.compliance[i, j]

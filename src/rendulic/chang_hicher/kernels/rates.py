@@ -14,6 +14,7 @@ import numpy as np
 from rendulic.chang_hicher.kernels.arrays import CONSISTENT, PRINTED
 from rendulic.chang_hicher.kernels.columns import PLANE, SHARED, STATE
 from rendulic.chang_hicher.law import critical_state, plane_law
+from rendulic.chang_hicher.law.planes import AXISYMMETRIC, GENERAL
 from rendulic.foundation.compiling import kernel
 from rendulic.tensors.mandel import ROOT2
 
@@ -97,7 +98,8 @@ def local_state(material, planes, sigma, eps, memory, active, scratch):
         if active[a] and not x < 1.0:
             return False
         if sheared:
-            scratch.flow[a, 0], scratch.flow[a, 1], scratch.flow[a, 2] = t1 / tau, t2 / tau, t3 / tau
+            along = 1.0 / tau
+            scratch.flow[a, 0], scratch.flow[a, 1], scratch.flow[a, 2] = along * t1, along * t2, along * t3
         scratch.shear[a, 0], scratch.shear[a, 1], scratch.shear[a, 2] = t1, t2, t3
         row = scratch.plane[a]
         row[PLANE.sigma], row[PLANE.tau], row[PLANE.modulus], row[PLANE.x], row[PLANE.kappa] = (
@@ -119,27 +121,50 @@ def local_state(material, planes, sigma, eps, memory, active, scratch):
 @kernel
 def homogenise(material, planes, active, scratch):
     """Compliance `d_eps = C d_sigma` into `scratch.compliance`; the determinant's share of the coupling."""
-    c = scratch.compliance
-    g, b = scratch.gather[0], scratch.gather[1]
+    c, g = scratch.compliance, scratch.gather[0]
     for i in range(6):
         g[i] = 0.0
         for j in range(6):
             c[i, j] = 0.0
-    by_p, by_e, density = (
-        scratch.shared[SHARED.by_pressure],
-        scratch.shared[SHARED.by_void_ratio],
-        scratch.shared[SHARED.density],
-    )
-    opened = 1.0 + scratch.shared[SHARED.void_ratio]
+    if planes.symmetry == GENERAL:
+        add_elastic(planes, scratch, c)
+        add_plastic(material, planes, active, scratch, c, g)
+    else:
+        add_principal(material, planes, active, scratch, c, g)
+        if planes.symmetry == AXISYMMETRIC:
+            exchange_mean(c, g)
+    # d_eps = C d_sigma + g tr(d_eps)
+    coupling = 1.0 - (g[0] + g[1] + g[2])
+    for j in range(6):
+        volume = (c[0, j] + c[1, j] + c[2, j]) / coupling
+        for i in range(6):
+            c[i, j] += g[i] * volume
+    return coupling
+
+
+@kernel
+def add_elastic(planes, scratch, c):
+    """The planes' elastic compliance."""
     for a in range(planes.normal.shape[0]):
-        row = scratch.plane[a]
-        flexible = 1.0 / row[PLANE.modulus]
+        flexible = 1.0 / scratch.plane[a, PLANE.modulus]
         for i in range(6):
             for j in range(i, 6):
                 c[i, j] += flexible * planes.elastic[a, i, j]
     for i in range(6):
         for j in range(i):
             c[i, j] = c[j, i]
+
+
+@kernel
+def add_plastic(material, planes, active, scratch, c, g):
+    """The plastic compliance of loading planes, and what a rate of void ratio adds to their flow, into `g`."""
+    b = scratch.gather[1]
+    by_p, by_e, density = (
+        scratch.shared[SHARED.by_pressure],
+        scratch.shared[SHARED.by_void_ratio],
+        scratch.shared[SHARED.density],
+    )
+    opened = 1.0 + scratch.shared[SHARED.void_ratio]
     for a in range(planes.normal.shape[0]):
         if not active[a]:
             continue
@@ -163,13 +188,68 @@ def homogenise(material, planes, active, scratch):
             g[i] += flow * by_strain
             for j in range(6):
                 c[i, j] += flow * b[j]
-    # d_eps = C d_sigma + g tr(d_eps)
-    coupling = 1.0 - (g[0] + g[1] + g[2])
-    for j in range(6):
-        volume = (c[0, j] + c[1, j] + c[2, j]) / coupling
-        for i in range(6):
-            c[i, j] += g[i] * volume
-    return coupling
+
+
+@kernel
+def add_principal(material, planes, active, scratch, c, g):
+    """Both, of planes which stand for their mirror images: normal and shear components do not meet.
+
+    Sums are numbers of their own, not entries of arrays, so that they stay in registers.
+    """
+    by_p, by_e, density = (
+        scratch.shared[SHARED.by_pressure],
+        scratch.shared[SHARED.by_void_ratio],
+        scratch.shared[SHARED.density],
+    )
+    opened = 1.0 + scratch.shared[SHARED.void_ratio]
+    c11, c12, c13, c21, c22, c23, c31, c32, c33 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    c44, c55, c66, g1, g2, g3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for a in range(planes.normal.shape[0]):
+        row, elastic = scratch.plane[a], planes.elastic[a]
+        flexible = 1.0 / row[PLANE.modulus]
+        e12, e13, e23 = flexible * elastic[0, 1], flexible * elastic[0, 2], flexible * elastic[1, 2]
+        c11, c22, c33 = c11 + flexible * elastic[0, 0], c22 + flexible * elastic[1, 1], c33 + flexible * elastic[2, 2]
+        c12, c21, c13, c31, c23, c32 = c12 + e12, c21 + e12, c13 + e13, c31 + e13, c23 + e23, c32 + e23
+        c44, c55, c66 = c44 + flexible * elastic[3, 3], c55 + flexible * elastic[4, 4], c66 + flexible * elastic[5, 5]
+        if not active[a]:
+            continue
+        normal = planes.normal_mandel[a]
+        m1, m2, m3 = planes.branch[a, 0], planes.branch[a, 1], planes.branch[a, 2]
+        f1, f2, f3 = scratch.flow[a, 0], scratch.flow[a, 1], scratch.flow[a, 2]
+        factor, slope, beta = planes.weight3[a] / row[PLANE.hardening], row[PLANE.slope], row[PLANE.beta]
+        drop = row[PLANE.softening] * by_p / 3.0
+        by_strain = opened * void_ratio_effect(row, by_e, density, material)
+        b1 = m1 * f1 - slope * normal[0] - drop
+        b2 = m2 * f2 - slope * normal[1] - drop
+        b3 = m3 * f3 - slope * normal[2] - drop
+        flow1 = factor * (beta * normal[0] + m1 * f1)
+        flow2 = factor * (beta * normal[1] + m2 * f2)
+        flow3 = factor * (beta * normal[2] + m3 * f3)
+        g1, g2, g3 = g1 + flow1 * by_strain, g2 + flow2 * by_strain, g3 + flow3 * by_strain
+        c11, c12, c13 = c11 + flow1 * b1, c12 + flow1 * b2, c13 + flow1 * b3
+        c21, c22, c23 = c21 + flow2 * b1, c22 + flow2 * b2, c23 + flow2 * b3
+        c31, c32, c33 = c31 + flow3 * b1, c32 + flow3 * b2, c33 + flow3 * b3
+        s1, s2, s3 = (m2 * f3 + m3 * f2) / ROOT2, (m1 * f3 + m3 * f1) / ROOT2, (m1 * f2 + m2 * f1) / ROOT2
+        c44 += factor * (beta * normal[3] + s1) * (s1 - slope * normal[3])
+        c55 += factor * (beta * normal[4] + s2) * (s2 - slope * normal[4])
+        c66 += factor * (beta * normal[5] + s3) * (s3 - slope * normal[5])
+    c[0, 0], c[0, 1], c[0, 2], c[1, 0], c[1, 1], c[1, 2], c[2, 0], c[2, 1], c[2, 2] = (
+        c11, c12, c13, c21, c22, c23, c31, c32, c33,
+    )  # fmt: skip
+    c[3, 3], c[4, 4], c[5, 5], g[0], g[1], g[2] = c44, c55, c66, g1, g2, g3
+
+
+@kernel
+def exchange_mean(c, g):
+    """The mean with what the exchange of the lateral axes makes of it."""
+    g[1] = 0.5 * (g[1] + g[2])
+    g[2] = g[1]
+    c[0, 1] = 0.5 * (c[0, 1] + c[0, 2])
+    c[1, 0] = 0.5 * (c[1, 0] + c[2, 0])
+    c[1, 1] = 0.5 * (c[1, 1] + c[2, 2])
+    c[1, 2] = 0.5 * (c[1, 2] + c[2, 1])
+    c[4, 4] = 0.5 * (c[4, 4] + c[5, 5])
+    c[0, 2], c[2, 0], c[2, 2], c[2, 1], c[5, 5] = c[0, 1], c[1, 0], c[1, 1], c[1, 2], c[4, 4]
 
 
 @kernel
@@ -315,22 +395,24 @@ def local_rates(material, planes, active, scratch, out, patience):
         measure = along - row[PLANE.slope] * d_normal
         measure -= row[PLANE.softening] * by_p * d_p + void_ratio_effect(row, by_e, density, material) * d_void
         elastic_shear = material.k_rR * row[PLANE.modulus]
+        flexible = 1.0 / elastic_shear
         # relative to the rates at hand, so that rounding is told from loading; the multiplier of loading planes
-        row[PLANE.multiplier] = measure / (size + elastic_shear * stretch)
+        scale = size + elastic_shear * stretch
         if active[a]:
-            row[PLANE.multiplier] /= row[PLANE.hardening] / elastic_shear + ROUNDING
+            scale *= row[PLANE.hardening] * flexible + ROUNDING
+        row[PLANE.multiplier] = measure / scale
         local = scratch.local_rate[a]
-        local[0], local[1] = d_normal / row[PLANE.modulus], t1 / elastic_shear
-        local[2], local[3] = t2 / elastic_shear, t3 / elastic_shear
+        local[0], local[1] = material.k_rR * flexible * d_normal, flexible * t1
+        local[2], local[3] = flexible * t2, flexible * t3
         if active[a]:
             multiplier = measure / row[PLANE.hardening]
             local[0] += row[PLANE.beta] * multiplier
             for i in range(3):
                 local[1 + i] += flow[i] * multiplier
-        w2 = d_normal * local[0] + t1 * local[1] + t2 * local[2] + t3 * local[3]
-        row[PLANE.w2] = w2
-        sizes = (d_normal**2 + t1**2 + t2**2 + t3**2) * (local[0] ** 2 + local[1] ** 2 + local[2] ** 2 + local[3] ** 2)
-        row[PLANE.w2_normalised] = w2 / sqrt(sizes) if sizes > 0.0 else 0.0
+        row[PLANE.w2] = d_normal * local[0] + t1 * local[1] + t2 * local[2] + t3 * local[3]
+        row[PLANE.sizes] = (d_normal**2 + t1**2 + t2**2 + t3**2) * (
+            local[0] ** 2 + local[1] ** 2 + local[2] ** 2 + local[3] ** 2
+        )
     return settled
 
 

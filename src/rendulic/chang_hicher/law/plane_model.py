@@ -9,7 +9,7 @@ import numpy as np
 
 from rendulic.chang_hicher.law.parameters import MaterialConstants, Parameters, check_denominator, shows_parameters
 from rendulic.chang_hicher.law.plane_law import FORMULATIONS
-from rendulic.chang_hicher.law.planes import PlaneGeometry
+from rendulic.chang_hicher.law.planes import GENERAL, PlaneGeometry, Planes
 from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.validation import validated
@@ -55,6 +55,10 @@ class PlaneModel:
         )
         # as the call that makes it
         return f"ChangHicher(rule={self.rule.name!r}, formulation={self.formulation!r}{', ' if given else ''}{given})"
+
+    def planes_under(self, symmetry: int) -> Planes:
+        """The planes that a test of this symmetry needs: one of those that respond alike."""
+        return self.planes if symmetry == GENERAL else self.geometry.planes(self.parameters.k_rR, symmetry)
 
     @shows_parameters(are_defaults=False)
     def with_parameters(self, **parameters: Any) -> Self:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from itertools import product
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -11,9 +12,19 @@ from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.mandel import to_mandel, to_tensor
 from rendulic.tensors.sphere_rules import SphereRule
 
-__all__ = ["PlaneGeometry", "Planes", "contact_density", "fabric_of"]
+__all__ = [
+    "AXISYMMETRIC", "EXCHANGE", "GENERAL", "MIRRORS", "ORTHOTROPIC", "Orbits", "PlaneGeometry", "Planes", "contact_density",
+    "fabric_of",
+]  # fmt: skip
 
 LEAST_DEGREE = 5
+# symmetries that a state and all that happens to it may have: none; the coordinate planes are mirrors; and the lateral
+# axes are interchangeable, too
+GENERAL: Final = 0
+ORTHOTROPIC: Final = 1
+AXISYMMETRIC: Final = 2
+MIRRORS = (np.diag([-1.0, 1.0, 1.0]), np.diag([1.0, -1.0, 1.0]), np.diag([1.0, 1.0, -1.0]))
+EXCHANGE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])  # of the lateral axes
 
 
 class Planes(NamedTuple):
@@ -24,6 +35,23 @@ class Planes(NamedTuple):
     weight3: np.ndarray  # (n,) three times the weights
     elastic: np.ndarray  # (n, 6, 6) compliance of a plane of unit normal stiffness, weighted
     normal_mandel: np.ndarray  # (n, 6) of sym(m x n)
+    symmetry: int = GENERAL  # other than GENERAL: each plane stands for all that the symmetry maps it onto
+
+
+class Orbits(NamedTuple):
+    """Which planes a symmetry maps onto each other, and so respond alike."""
+
+    first: np.ndarray  # (r,) a plane of each orbit, that of the least number
+    of_plane: np.ndarray  # (n,) the orbit of each plane
+    turn: np.ndarray  # (n, 3, 3) what makes of a vector on the first plane of its orbit that on each plane
+
+    def every(self, values: np.ndarray) -> np.ndarray:
+        """What numbers of the first planes, (..., r), are on every plane, (..., n)."""
+        return values.take(self.of_plane, axis=-1)
+
+    def every_vector(self, vectors: np.ndarray) -> np.ndarray:
+        """What vectors on the first planes, (r, 3), are on every plane, (n, 3)."""
+        return np.einsum("aij,aj->ai", self.turn, vectors[self.of_plane])
 
 
 def fabric_of(rule: SphereRule, density: np.ndarray | None = None) -> np.ndarray:
@@ -86,8 +114,10 @@ class PlaneGeometry:
         tractions = [np.einsum("ij,aj->ai", to_tensor(unit), self.branch) for unit in np.eye(6)]
         spread = np.stack([to_mandel(_symmetric(self.branch, traction)) for traction in tractions], axis=-1)
         self._images: dict[bytes, np.ndarray | None] = {}
-        self._spread = self.weight3[:, None, None] * spread
-        self._normal_part = self.weight3[:, None, None] * _outer(self.normal_mandel, self.normal_mandel)
+        self._orbits: dict[int, Orbits] = {}
+        spread = self.weight3[:, None, None] * spread
+        normal_part = self.weight3[:, None, None] * _outer(self.normal_mandel, self.normal_mandel)
+        self._elastic_parts = {GENERAL: (self.weight3, normal_part, spread)}
 
     def image(self, operation: np.ndarray) -> np.ndarray | None:
         """The plane onto which an orthogonal `operation` (3, 3) maps each plane; None if it is not a symmetry."""
@@ -108,10 +138,45 @@ class PlaneGeometry:
         )
         return image if fits else None
 
-    def planes(self, shear_ratio: float) -> Planes:
-        """What the kernels take, for `k_r / k_n = shear_ratio`."""
-        elastic = self._normal_part * (1.0 - 1.0 / shear_ratio) + self._spread / shear_ratio
-        return Planes(self.normal, self.branch, self.weight3, elastic, self.normal_mandel)
+    def orbits(self, symmetry: int) -> Orbits:
+        """The orbits of the planes under a symmetry that they have."""
+        if symmetry not in self._orbits:
+            self._orbits[symmetry] = self._find_orbits(symmetry)
+        return self._orbits[symmetry]
+
+    def _find_orbits(self, symmetry: int) -> Orbits:
+        mirrors = [np.diag(signs) for signs in product((1.0, -1.0), repeat=3)]
+        operations = [*mirrors, *(EXCHANGE @ one for one in mirrors)] if symmetry == AXISYMMETRIC else mirrors
+        n = len(self.weight3)
+        first: list[int] = []
+        of_plane, turn = np.full(n, -1), np.empty((n, 3, 3))
+        for a in range(n):
+            if of_plane[a] >= 0:
+                continue
+            for operation in operations:
+                image = self.image(operation)
+                assert image is not None, "the planes do not have this symmetry"
+                b = image[a]
+                if of_plane[b] < 0:
+                    of_plane[b] = len(first)
+                    turn[b] = np.sign(self.normal[b] @ operation @ self.normal[a]) * operation
+            first.append(a)
+        return Orbits(np.array(first), of_plane, turn)
+
+    def planes(self, shear_ratio: float, symmetry: int = GENERAL) -> Planes:
+        """What the kernels take, for `k_r / k_n = shear_ratio`; with a symmetry, the first plane of each orbit for all of it."""
+        if symmetry not in self._elastic_parts:
+            own, n_orbits = self.orbits(symmetry), len(self.orbits(symmetry).first)
+            sums = [np.zeros((n_orbits, *part.shape[1:])) for part in self._elastic_parts[GENERAL]]
+            for total, part in zip(sums, self._elastic_parts[GENERAL], strict=True):
+                np.add.at(total, own.of_plane, part)
+            self._elastic_parts[symmetry] = (sums[0], sums[1], sums[2])
+        weight3, normal_part, spread = self._elastic_parts[symmetry]
+        elastic = normal_part * (1.0 - 1.0 / shear_ratio) + spread / shear_ratio
+        if symmetry == GENERAL:
+            return Planes(self.normal, self.branch, weight3, elastic, self.normal_mandel)
+        first = self.orbits(symmetry).first
+        return Planes(self.normal[first], self.branch[first], weight3, elastic, self.normal_mandel[first], symmetry)
 
 
 def _symmetric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
