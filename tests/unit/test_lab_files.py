@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 import rendulic as rd
 from rendulic.foundation.errors import InvalidInput
+from rendulic.io.lab.guess import guess_description
 from rendulic.io.lab.readings import legs_of, one_way
 from rendulic.study.language.lab import run_lab_test
 
@@ -48,6 +49,7 @@ WAYS = {
         ["eps1\tepsv\tq\tp", "[%]\t[%]\t[kPa]\t[kPa]", "", *rows(E1, EV, Q, P, between="\t")], {"delimiter": "\t"},
     ),
     "marked headings": (["** eps1  epsv  q  p", "", *rows(E1, EV, Q, P, between="\t")], {"delimiter": "\t"}),
+    "marked headings by blanks": (["# eps1  epsv  q  p", *rows(E1, EV, Q, P, between="  ")], {"delimiter": "blanks"}),
     "comments": (["# made by", "# hand", "eps1,epsv,q,p", "#", *rows(E1, EV, Q, P)], {"comment": "#", "heading_line": 3}),
     "a part of the file": (["eps1,epsv,q,p", *rows(E1, EV, Q, P), "end,of,the,test"], {"last_line": 62}),
     "byte-order mark, semicolons, commas": (
@@ -311,3 +313,46 @@ def test_the_command_says_what_it_saw(tmp_path, monkeypatch, capsys):
     told = capsys.readouterr().out
     assert "leg 3: W2 turns negative at eps_1 = 0.03" in told
     assert "1 rows of the file dropped: line 223: column 'e1': expected a finite number, got 'End of test'" in told
+
+
+GUESSED = {
+    "tabs and units": ["eps1      epsv      q     p", "[%]  [%]  [kPa]  [kPa]", "", *rows(E1, EV, Q, P, between="\t")],
+    "blanks": ["# eps1   epsv    q     p", *rows(E1, EV, Q, P, between="   ")],
+    "commas": ["a title", "", "Axial strain [%];Volumetric strain [%];Deviator stress [kPa];Mean effective stress [kPa]",
+               *(row.replace(",", ";").replace(".", ",") for row in rows(E1, EV, Q, P))],
+    "no headings": rows(Q, EV, E1, P),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", GUESSED)
+def test_a_description_is_proposed(name, plain, tmp_path, monkeypatch, capsys):
+    """Printed by the command; with the units that no line gives, it reads the file."""
+    from rendulic.cli import main
+
+    (tmp_path / "test.dat").write_text("\n".join(GUESSED[name]) + "\n")
+    monkeypatch.setattr(sys, "argv", ["rendulic", "lab", str(tmp_path / "test.dat"), "--guess"])
+    with pytest.raises(SystemExit):
+        main.run()
+    text = capsys.readouterr().out
+    assert text == guess_description(tmp_path / "test.dat")
+    if name == "no headings":
+        assert "heading_line = 0" in text
+        assert "give the number of each column" in text
+        return
+    (tmp_path / "test.toml").write_text(text)
+    if name == "blanks":
+        with pytest.raises(InvalidInput, match=r"unknown unit of eps_1 '\?'"):
+            run_lab_test(tmp_path / "test.toml", tmp_path / "out")
+        (tmp_path / "test.toml").write_text(
+            text.replace('q = "?"', 'q = "kPa"').replace('p = "?"', 'p = "kPa"').replace("?", "%")
+        )
+    found = run_lab_test(tmp_path / "test.toml", tmp_path / "out")
+    assert_allclose(found.measured.q, plain.q, rtol=1e-9)
+    assert_allclose(found.measured.eps_3, plain.eps_3, atol=1e-12)
+
+
+def test_nothing_to_guess_from(tmp_path):
+    (tmp_path / "words.txt").write_text("no numbers here\n" * 5)
+    for name, words in (("none.dat", "no test at"), ("words.txt", "has no three lines alike")):
+        with pytest.raises(InvalidInput, match=words):
+            guess_description(tmp_path / name)

@@ -16,18 +16,25 @@ MOST_FIGURES = 12
 def lab(
     test: Annotated[Path, typer.Argument(help="A TOML file that names the file of readings, its columns and units.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for tables and the figure.")] = Path("lab"),
+    guess: Annotated[
+        bool, typer.Option("--guess", help="Take TEST for a file of readings, print a description to check, and stop.")
+    ] = False,
     init: Annotated[bool, typer.Option("--init", help="Write a commented file to begin with, and stop.")] = False,
 ) -> None:
     """Second-order work along a measured triaxial test, and where instability becomes possible.
 
-    Example: rendulic lab test.toml --init && rendulic lab test.toml -o lab
+    Example: rendulic lab readings.dat --guess > test.toml && rendulic lab test.toml -o lab
     """
     from rendulic.cli.init import write_new
     from rendulic.figures.draw import draw
     from rendulic.figures.style import save
+    from rendulic.io.lab.guess import guess_description
     from rendulic.study.language.lab import example, run_lab_test
     from rendulic.views.path_work import path_work
 
+    if guess:
+        typer.echo(guess_description(test), nl=False)
+        return
     if init:
         write_new(test, example())
         return

@@ -266,6 +266,7 @@ def _places(
     ]
     parted += [[entry.strip(MARKS) for entry in headings]]
     fits = [names for names in parted if set(wanted) <= set(names) and (names is headings or len(names) == width)]
+    fits.sort(key=lambda names: len(names) != width)
     names = fits[0] if fits else max(parted[:2], key=lambda one: (len(set(wanted) & set(one)), one is headings))
     places = {}
     for name, heading in columns.items():
