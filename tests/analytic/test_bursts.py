@@ -241,6 +241,20 @@ def test_reference_energy_and_strain_belong_to_the_state(sheared_state):
         assert attrs["elastic_strain"] == pytest.approx(2.0 * stored / (sample.pressure * sample.volume), rel=1e-12)
 
 
+def test_a_push_is_a_probe(sheared_state):
+    """Made and brought to rest as a probe is, it has its second-order work: what is predicted and what is done belong together."""
+    sample = rd.dem.Assembly.from_state(sheared_state)
+    around = rd.directions.axisymmetric([60.0, 130.0, 300.0])
+    probed = rd.probe(sample, around, 2e-4, rate=5e-8)
+    for alpha in around.alpha:
+        pushed = rd.burst(sample, alpha, 2e-4, rate=5e-8, hold_steps=100).attrs
+        # to the unbalanced force that both may have at rest, as a share of the stress
+        assert pushed["w2_of_push"] == pytest.approx(
+            float(probed.w2_macro.sel(alpha=alpha)), abs=1e-5 * sample.pressure * 2e-4
+        )
+        assert pushed["equation_1_residual"] < 1e-8
+
+
 class Chancy:
     """A specimen that is caught in some pushes and not in others, by their number of steps."""
 

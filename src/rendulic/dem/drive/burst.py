@@ -15,7 +15,7 @@ import numpy as np
 from rendulic.dem.drive.held_motion import HeldMotion
 from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK
 from rendulic.dem.drive.servo import drive_for
-from rendulic.dem.drive.settling import SETTLED, is_settled, looks
+from rendulic.dem.drive.settling import SETTLED, SETTLING_DAMPING, is_settled, looks
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.kernels.arrays import Drive
@@ -140,13 +140,19 @@ class _Watch:
         for steps, done in _upto(n_steps):
             self.move(steps, forward, DISTURBED if done % every == 0 or done == n_steps else None)
             self.on_way.append(unbalanced_force(self.assembly))
+        self.settle()
+        self.w2_of_push = (self.stress_along - self.load) * self.moved
+
+    def settle(self) -> None:
+        """The walls held until the grains are at rest, as after a probe."""
+        own, self.assembly.damping = self.assembly.damping, SETTLING_DAMPING
         still, steps, due = self.drive("strain"), 0, 0.0
-        while not self.is_calm() and steps < SETTLING_STEPS:
+        while not is_settled(self.assembly) and steps < SETTLING_STEPS:
             steps += STEPS_PER_LOOK
             self.move(STEPS_PER_LOOK, still, DISTURBED if steps >= due else None)
             due = due if steps < due else 1.3 * steps
         self.move(1, still, DISTURBED)
-        self.w2_of_push = (self.stress_along - self.load) * self.moved
+        self.assembly.damping = own
 
     def take_back(self) -> None:
         """The load to what it was; a specimen that runs away is followed no further than to its verdict."""
