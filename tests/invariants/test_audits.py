@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from test_stress_and_identity import random_snapshot
 
 import corruptions
 import rendulic as rd
 from conftest import FAST
-from rendulic.specimen.recorded import Recorded
+from rendulic.micro.overlapping import unlisted_overlaps
+from rendulic.specimen.recorded import Recorded, Springs
 
 COMMAND = Path(sys.executable).with_name("rendulic")
 STRAIN = np.array([1e-4, -5e-5, -5e-5])
@@ -150,6 +153,89 @@ def test_strain_without_a_change_of_forces_is_noticed(states):
 
 def test_states_in_the_wrong_order_are_noticed(states):
     assert list(rd.second_order_work(states[1], states[0]).audits.failed) == ["order_of_steps"]
+
+
+def test_numbers_that_are_not_finite_are_said(states):
+    """Nothing else is asked of them, and nothing is passed."""
+    position = states[1].position.copy()
+    position[7, 1] = np.nan
+    found = rd.audits(states[0], replace(states[1], position=position))
+    assert list(found) == list(found.failed) == ["finite"]
+    assert found["finite"].where == "after"
+    assert {"equilibrium", "law", "grains_moved"} <= set(found.not_possible)
+
+
+def test_radii_that_do_not_belong_to_the_positions_end_soon(states):
+    """Grains that all overlap each other: no table of all their pairs is made."""
+    many = np.random.default_rng(1).random((20_000, 3))
+    box = replace(
+        with_contacts(states[0], np.zeros(0, dtype=int)), recorded=Recorded(are_spheres=True), position=many,
+        radius=np.full(len(many), 1.0), wall_position=np.array([0.0, 1.0] * 3),
+    )  # fmt: skip
+    assert "the radii do not belong" in rd.audits(box).not_possible["missing_contacts"]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_numbers_that_obey_no_mechanics_give_audits(seed):
+    """Random contacts between random places, with and without what an engine says, in cells, all at one place: no warning."""
+    rng = np.random.default_rng(seed)
+    n, scale = int(rng.integers(2, 30)), 10.0 ** int(rng.integers(-6, 6))
+    pair = (
+        random_snapshot(rng, n, int(rng.integers(0, 60)), 1.0),
+        random_snapshot(rng, n, int(rng.integers(0, 60)), scale),
+    )
+    if seed % 4 == 1:
+        pair = [
+            replace(one, image=np.where(one.is_wall[:, None], 0, rng.integers(-1, 2, (len(one.first), 3))))
+            for one in pair
+        ]
+    elif seed % 4 == 2:
+        pair = pair[0], replace(pair[1], force_n=0.0 * pair[1].force_n, force_t=0.0 * pair[1].force_t)
+    elif seed % 4 == 3:
+        pair = [replace(pair[0], position=np.repeat(pair[0].position[:1], n, axis=0))] * 2
+    if seed % 3 == 0:
+        said = Recorded(are_spheres=True, springs=Springs(1e6), wall_force=np.zeros(6), stress=np.zeros((3, 3)))
+        pair = [replace(one, recorded=said) for one in pair]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = rd.second_order_work(*pair).audits
+    assert not set(found) & set(found.not_possible)
+    assert found["sums_of_the_code"].passed
+
+
+@pytest.mark.parametrize("periodic", [(), (0,), (0, 1, 2)])
+def test_overlaps_are_those_of_all_pairs(periodic):
+    """Sizes 1 to 30, places anywhere, some contacts listed: what is not listed is what a loop over all pairs finds."""
+    rng = np.random.default_rng(len(periodic))
+    n, faces = 300, np.array([-0.2, 1.0] * 3)
+    position, radius = rng.uniform(faces[0], faces[1], (n, 3)), 0.006 * 30.0 ** rng.random(n)
+    every = {}
+    for i in range(n):
+        for j in range(i + 1, n):
+            apart = position[j] - position[i]
+            cells = [-round(apart[k] / 1.2) if k in periodic else 0 for k in range(3)]
+            overlap = radius[i] + radius[j] - np.linalg.norm(apart + 1.2 * np.array(cells))
+            if overlap > 0.0:
+                every[i, j] = overlap, cells
+        for face in range(6):
+            overlap = radius[i] - abs(position[i, face // 2] - faces[face])
+            if overlap > 0.0 and face // 2 not in periodic:
+                every[i, n + face] = overlap, [0, 0, 0]
+    listed = list(every)[::3]
+    if periodic:  # one contact across a face tells which axes are periodic
+        listed += [pair for k in periodic for pair, (_, cells) in every.items() if cells[k]][:40]
+    first, second = np.array(listed).T
+    image = np.array([every[pair][1] for pair in listed])
+    none = np.zeros((len(first), 3))
+    snapshot = rd.Snapshot(
+        position, radius, faces, first, second, none, none[:, 0], none, image=image if periodic else None
+    )
+    found = unlisted_overlaps(snapshot, np.array([k not in periodic for k in range(3)]))
+    expected = {pair: overlap for pair, (overlap, _) in every.items() if pair not in set(listed)}
+    assert len(expected) > 100
+    assert dict(zip(zip(*map(np.ndarray.tolist, found[:2]), strict=True), found[2], strict=True)) == pytest.approx(
+        expected, abs=1e-14
+    )
 
 
 def test_states_that_cannot_be_compared_are_refused(states):

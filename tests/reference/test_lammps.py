@@ -82,6 +82,15 @@ def by_deck(sample, folder, steps, strain=STRAIN, **options):
     return rd.io.read(folder / "probe.0.dump"), rd.io.read(folder / f"probe.{steps}.dump")
 
 
+def test_audits_of_a_continued_packing_pass(sheared_state, tmp_path):
+    """LAMMPS's own stress is that of its contacts, to rounding; its forces follow one law."""
+    before, after = by_deck(at_rest(sheared_state), tmp_path, 2000)
+    found = rd.second_order_work(before, after).audits
+    assert found.failed == {}
+    assert found["engine_stress"].residual < 1e-12
+    assert "law" in found
+
+
 def test_forces_are_handed_over(sheared_state, tmp_path, say):
     """All contact forces, tangential ones too, are LAMMPS's own at its start: the linear system of slips, to rounding."""
     sample = at_rest(sheared_state)

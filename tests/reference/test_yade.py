@@ -161,6 +161,18 @@ def test_identity_on_yade_pairs(yade_forces, name):
     assert_allclose(sum(work.by_class.values()), work.contacts, rtol=1e-12)
 
 
+@pytest.mark.parametrize("name", STATES)
+def test_audits_of_yade_states_pass(yade_forces, name):
+    """Yade's own forces on walls and grains are those of the contacts; its springs give its forces, a step rewound."""
+    found = rd.second_order_work(yade_forces, rd.io.yade.read_snapshot(DATA / f"{name}.npz")).audits
+    assert found.failed == {}
+    assert list(found.not_possible) == ["order_of_steps"]
+    assert found["engine_walls"].residual < 1e-12
+    assert found["balance_of_grains"].residual < 1e-12
+    # with the default volume of Yade, see the notes on the reference
+    assert 1e-3 < found["engine_stress"].residual < 5e-3
+
+
 def test_identity_needs_opened_contacts(yade_forces):
     """Leaving out what opened or was created, as the paper does, breaks the identity by up to 1 %.
 

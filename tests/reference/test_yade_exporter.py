@@ -63,6 +63,18 @@ def test_stress_of_a_cell_is_that_of_yade(states):
     assert after.is_periodic
 
 
+@pytest.mark.parametrize(
+    ("name", "of_the_engine"),
+    [("walls", ("engine_walls", "balance_of_grains", "balance_of_moments", "law")), ("cell", ("engine_stress",))],
+)
+def test_audits_of_exported_states_pass(states, name, of_the_engine):
+    """Forces on walls, resultants, moments and springs are Yade's own; in the cell, of clumps, its stress, to rounding."""
+    found = rd.second_order_work(*(rd.io.read(states / f"{name}_{when}.npz") for when in ("before", "after"))).audits
+    assert found.failed == {}
+    for audit in of_the_engine:
+        assert found[audit].residual < 1e-6, audit
+
+
 def test_clumps_touch_once(states):
     """Clumps that touch at several points have one contact with the summed force; they are as many as Yade has."""
     with np.load(states / "cell_before.npz") as archive:

@@ -6,7 +6,13 @@ import numpy as np
 
 from rendulic.specimen.snapshot import Snapshot
 
-__all__ = ["overlaps", "unlisted_overlaps"]
+__all__ = ["TooManyPairs", "overlaps", "unlisted_overlaps"]
+
+MOST_PAIRS = 1000  # of a grain, that may touch by their sizes: in a packing there are some tens
+
+
+class TooManyPairs(ValueError):
+    """Radii are so large beside the distances of the grains that nearly all overlap."""
 
 
 def overlaps(snapshot: Snapshot) -> np.ndarray:
@@ -34,17 +40,17 @@ def unlisted_overlaps(snapshot: Snapshot, has_walls: np.ndarray) -> tuple[np.nda
         Bodies, as in `Snapshot`.
     overlap : array
         In m, positive.
-    """
-    from scipy.spatial import cKDTree
 
+    Raises
+    ------
+    TooManyPairs
+        If the radii do not belong to the positions.
+    """
     n, lengths, low = snapshot.n_grains, snapshot.lengths, snapshot.wall_position[0::2]
     periodic = snapshot.across.any(axis=0)
     inside = np.where(periodic, low + (snapshot.position - low) % lengths, snapshot.position)
     shift = np.where(periodic, np.rint((snapshot.position - inside) / lengths), 0.0).astype(np.int64)
-    tree = cKDTree(np.where(periodic, np.minimum(inside - low, np.nextafter(lengths, 0.0)), inside),
-                   boxsize=np.where(periodic, lengths, 0.0) if periodic.any() else None)  # fmt: skip
-    near = tree.query_pairs(2.0 * float(snapshot.radius.max()), output_type="ndarray").astype(np.int64).reshape(-1, 2)
-    first, second = near.T
+    first, second = _near(inside - low, snapshot.radius, np.where(periodic, lengths, 0.0))
     apart = inside[second] - inside[first]
     nearest = np.where(periodic, -np.rint(apart / lengths), 0.0)
     overlap = snapshot.radius[first] + snapshot.radius[second] - np.linalg.norm(apart + nearest * lengths, axis=1)
@@ -63,6 +69,27 @@ def unlisted_overlaps(snapshot: Snapshot, has_walls: np.ndarray) -> tuple[np.nda
     of_row = of_row.reshape(-1)  # a column in NumPy 2.0
     missing = ~np.isin(of_row[len(listed) :], of_row[: len(listed)])
     return first[missing], second[missing], overlap[missing]
+
+
+def _near(position: np.ndarray, radius: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of grains that may overlap, the lower one first; grains of one octave of size share a tree."""
+    from scipy.spatial import cKDTree
+
+    position = np.where(cell > 0.0, np.minimum(position, np.nextafter(cell, 0.0)), position)
+    octave = np.floor(np.log2(radius))
+    members = [np.flatnonzero(octave == each) for each in np.unique(octave)]
+    trees = [cKDTree(position[each], boxsize=cell if cell.any() else None) for each in members]
+    found, total = [np.zeros((0, 2), dtype=np.int64)], 0
+    for a, (one, tree) in enumerate(zip(members, trees, strict=True)):
+        for other, larger in zip(members[a:], trees[a:], strict=True):
+            reach = float(radius[one].max() + radius[other].max())
+            total += int(tree.count_neighbors(larger, reach))
+            if total > MOST_PAIRS * (100 + len(radius)):
+                raise TooManyPairs
+            near = tree.sparse_distance_matrix(larger, reach, output_type="ndarray")
+            pairs = np.column_stack((one[near["i"]], other[near["j"]]))
+            found.append(pairs[pairs[:, 0] < pairs[:, 1]] if one is other else np.sort(pairs, axis=1))
+    return tuple(np.concatenate(found).T)
 
 
 def _rows(first: np.ndarray, second: np.ndarray, image: np.ndarray) -> np.ndarray:

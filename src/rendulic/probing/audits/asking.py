@@ -15,6 +15,7 @@ from rendulic.specimen.snapshot import Snapshot
 
 __all__ = ["audits"]
 
+NOT_FINITE = "there are numbers that are not finite"
 TOUCH = 0.1  # radii by which spheres in contact may be apart, or overlap, to be taken for spheres
 
 
@@ -53,12 +54,19 @@ def audits(before: Snapshot, after: Snapshot | None = None) -> Audits:
             f"before and after must hold the same grains in the same kind of box: {before.n_grains} grains before, "
             f"{after.n_grains} after, periodic {before.is_periodic} and {after.is_periodic}"
         )
-    states = {"before": before} if after is None else {"before": before, "after": after.following(before)}
+    states = {"before": before} if after is None else {"before": before, "after": after}
+    first, *others = one_state.AUDITS  # nothing can be asked of numbers that are not finite
+    finite = {where: first.ask(Reading(state, False)) for where, state in states.items()}
+    if any(residual > limit for residual, limit in finite.values()):
+        more = increment.AUDITS if after is not None else ()
+        return Audits({first.name: _worst(first, finite)}, {one.name: NOT_FINITE for one in (*others, *more)})
+    if after is not None:
+        states["after"] = after.following(before)
     spheres = _are_spheres(list(states.values()))
     readings = {where: Reading(state, spheres) for where, state in states.items()}
-    done: dict[str, Audit] = {}
+    done: dict[str, Audit] = {first.name: _worst(first, finite)}
     not_possible: dict[str, str] = {}
-    for each in one_state.AUDITS:
+    for each in others:
         found = {}
         for where, reading in readings.items():
             try:

@@ -104,7 +104,10 @@ def _strain(pair: Pair) -> Found:
     design = np.column_stack((np.ones(len(place)), place - place.mean(axis=0)))
     found, *_ = np.linalg.lstsq(design, moved, rcond=None)
     scatter = (moved - design @ found).var(axis=0) * len(place) / (len(place) - 4)
-    error = ERRORS * np.sqrt(scatter * np.diag(np.linalg.inv(design.T @ design))[1:])
+    try:
+        error = ERRORS * np.sqrt(scatter * np.diag(np.linalg.inv(design.T @ design))[1:])
+    except np.linalg.LinAlgError:
+        raise NotPossible("the grains that bear lie in one plane") from None
     off = np.abs(np.diag(found[1:]) - pair.elongation)
     return _beyond_scatter(pair, off / size, error / size)
 

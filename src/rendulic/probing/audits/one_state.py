@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from rendulic.micro.normal_law import NormalLaw, normal_law
-from rendulic.micro.overlapping import overlaps, unlisted_overlaps
+from rendulic.micro.overlapping import TooManyPairs, overlaps, unlisted_overlaps
 from rendulic.micro.stress import love_weber_stress
 from rendulic.probing.audits.audit import NotPossible
 from rendulic.specimen.recorded import Recorded
@@ -171,7 +171,10 @@ def _balance_of_moments(state: Reading) -> Found:
 
 def _missing(state: Reading) -> Found:
     state.need_spheres()
-    first, second, overlap = unlisted_overlaps(state.snapshot, state.has_walls)
+    try:
+        first, second, overlap = unlisted_overlaps(state.snapshot, state.has_walls)
+    except TooManyPairs:
+        raise NotPossible("nearly all grains overlap: the radii do not belong to the positions") from None
     return _largest(overlap - state.slack[first] - state.slack[second]) / state.mean_overlap, NEGLIGIBLE
 
 
@@ -287,7 +290,10 @@ def _engine_stress(state: Reading) -> Found:
     of = ~snapshot.is_wall if state.recorded.stress_of_pairs else np.full(len(snapshot.first), True)
     love_weber = snapshot.force[of].T @ snapshot.branch[of] / snapshot.volume
     known = ~np.isnan(recorded)
-    return _largest(np.abs(love_weber - recorded)[known]) / float(np.abs(recorded[known]).max()), OTHER_VOLUME
+    scale = _largest(np.abs(np.concatenate((recorded[known], love_weber[known]))))
+    if scale == 0.0:
+        raise NotPossible("there is no stress, by the contacts and by the engine")
+    return _largest(np.abs(love_weber - recorded)[known]) / scale, OTHER_VOLUME
 
 
 def _reach(state: Reading) -> Found:
@@ -324,7 +330,26 @@ def _metres(state: Reading) -> Found:
     return float(np.median(state.snapshot.radius)), LARGEST_GRAIN
 
 
+def _finite(state: Reading) -> Found:
+    snapshot = state.snapshot
+    arrays = (
+        snapshot.position,
+        snapshot.radius,
+        snapshot.wall_position,
+        snapshot.normal,
+        snapshot.force_n,
+        snapshot.force_t,
+    )
+    return float(sum(int((~np.isfinite(array)).sum()) for array in arrays)), 0.0
+
+
 AUDITS = (
+    StateAudit(
+        "finite", _finite,
+        "every number with infinity",
+        "numbers that are missing or have overflown",
+        "there are numbers that are not finite",
+    ),
     StateAudit(
         "equilibrium", _equilibrium,
         "the mean resultant of the contact forces on a grain with the mean contact force",
