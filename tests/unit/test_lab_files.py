@@ -263,6 +263,17 @@ def test_legs_of_noisy_cycles():
     assert_allclose([end for _begin, end in legs[:-1]], 20 + 40 * np.arange(20), atol=6)
 
 
+def test_legs_of_scattered_readings_are_read(tmp_path):
+    """What goes back by too little to end a leg is dropped, however often; the whole test would be refused for it."""
+    t = np.arange(801) / 80.0
+    e1 = np.sin(2 * np.pi * t) + np.random.default_rng(2).normal(0.0, 0.02, len(t))
+    path = tmp_path / "cycles.csv"
+    path.write_text("\n".join(["e1,q", *rows(e1, 40.0 * np.sin(2 * np.pi * t + 0.3))]))
+    legs = rd.io.read_triaxial_tests(path, {"eps_1": "e1", "q": "q"}, {"eps_1": "%", "q": "kPa"}, drainage="undrained")
+    assert len(legs) >= 20
+    assert sum(leg.attrs["n_dropped"] for leg in legs.values()) > 0.05 * len(t)
+
+
 TOML = """
 file = "cycle.csv"
 drainage = "undrained"

@@ -201,7 +201,7 @@ def _tests(
         tension = options.tension_positive or _is_tension_positive(readings.columns, options.extension)
         strain = scales["eps_1"] * readings.columns["eps_1"] * (-1.0 if tension else 1.0)
         legs = legs_of(strain)
-        legs = [(begin, end) for begin, end in legs if end - begin >= 2]
+        legs = [(begin, end) for begin, end in legs if end - begin >= 2 and strain[begin] != strain[end]]
         if options.leg is None or (options.may_turn and _goes_one_way(strain, options.extension)):
             found[name] = _curve(path, readings, columns, scales, options, tension)
             continue
@@ -277,7 +277,7 @@ def _curve(
         if "q" in values and _falls_at_start(values["eps_1"], values["q"]):
             values["q"] = -values["q"]
     falls = options.extension if turned is None else turned
-    keep, dropped = _kept(path, readings, columns["eps_1"], values["eps_1"], falls)
+    keep, dropped = _kept(path, readings, columns["eps_1"], values["eps_1"], falls, is_leg=turned is not None)
     lines = readings.lines[keep]
     values = {name: np.broadcast_to(value, keep.shape)[keep] for name, value in values.items()}
     eps_1, eps_v = _strains(path, values, options, tension, start, scales)
@@ -324,14 +324,14 @@ def _falls_at_start(strain: np.ndarray, q: np.ndarray) -> bool:
 
 
 def _kept(
-    path: Path, readings: Readings, heading: str | int, strain: np.ndarray, falls: bool
+    path: Path, readings: Readings, heading: str | int, strain: np.ndarray, falls: bool, is_leg: bool
 ) -> tuple[np.ndarray, list[tuple[int, str]]]:
-    """Readings whose strain goes on, and what the others are."""
+    """Readings whose strain goes on, and what the others are: of a leg, all that went back by too little to end it."""
     keep, off = one_way(-strain if falls else strain)
     span = float(np.ptp(strain))
     bad = np.flatnonzero(off > GLITCH * span)
     back = ~keep & (off > 0.0)
-    if len(bad) or keep.sum() < 2 or back.sum() > max(1.0, MOST_DROPPED * len(strain)):
+    if keep.sum() < 2 or (not is_leg and (len(bad) or back.sum() > max(1.0, MOST_DROPPED * len(strain)))):
         turns = np.flatnonzero(np.diff(strain) * (-1.0 if falls else 1.0) < 0.0)
         at = int(turns[0]) if len(turns) else 0
         raise InvalidInput(
