@@ -129,3 +129,48 @@ def test_probes_of_grains_have_all_that_is_needed(sheared):
     )
     assert np.isnan(on_sphere.alpha).all()
     assert "verdict" in found._repr_html_()
+
+
+def test_a_study_says_what_is_left_over_all_packings_of_a_specimen(reported_study):
+    """Its probes were too fast for any sign: then there is no stable direction, and the view says so."""
+    from rendulic.figures.draw import draw
+    from rendulic.report.draw import drawn
+    from rendulic.study.execution.campaign import results_in
+    from rendulic.views.catalogue import catalogue
+
+    views = catalogue()["anatomy"].views(results_in(reported_study))
+    view = views["anatomy_controls"]
+    assert [row[:2] for row in view.tables[0].rows] == [("η = 0.1", "1"), ("η = 0.25", "1")]
+    assert [row[-1] for row in view.tables[0].rows] == ["undetermined"] * 2
+    assert (
+        "η = 0.25: Whether carriers of negative work cluster is undetermined: no control by stable directions."
+        in view.verdict
+    )
+    assert len(draw(view).axes) == 2
+    (figure, _) = drawn("anatomy", {"": view})
+    assert {trace["name"] for trace in figure.data()["families"][0]["frames"][0]["data"]} >= {
+        "direction studied",
+        *CONTROLS,
+    }
+
+
+def test_a_probe_says_in_a_sentence_what_it_can(sheared):
+    from rendulic.tensors.rendulic_plane import increment_along
+    from rendulic.views.anatomy import anatomy
+
+    before = sheared.snapshot()
+    sheared.probe(increment_along(120.0, 2e-4), 500)
+    found = rd.anatomy(before, sheared.snapshot())
+    apart = found.assign(
+        beyond_index=("sign", [0.5, 0.0]),
+        beyond_kept=("bound", [-0.1, 0.0, 0.1]),
+        beyond_signs=("bound", [-0.1, 0.0, 0.1]),
+    )
+    assert anatomy(apart).verdict.endswith(
+        "they cluster, if stable directions of the same state do not as much (rd.cluster_controls)."
+    )
+    alike = apart.assign(beyond_index=("sign", [0.5, 0.5]))
+    assert anatomy(alike).verdict.endswith("no clustering is shown beyond positive work.")
+    neither = apart.assign(beyond_index=("sign", [0.05, 0.05]))
+    assert anatomy(neither).verdict.endswith("no clustering is shown beyond shared displacements and positive work.")
+    assert anatomy(rd.anatomy(before, before)).verdict.endswith("Whether these cluster is undetermined.")
