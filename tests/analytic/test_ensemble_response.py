@@ -77,6 +77,16 @@ def test_the_error_within_specimens_widens_the_interval_by_its_mean():
     assert "only the drift" not in wider.told_of_all
 
 
+def test_errors_without_a_common_cause_count_less():
+    """Unbalanced forces as their root sum of squares over n; what a little more strain would change not at all."""
+    own = specimens(Gaussian(0.5), 16, 1)
+    parts = {"error_drift": 1e-3, "error_imbalance": 4e-3, "error_size": 0.5}
+    each = {name: ("alpha", np.full(len(ALPHA), value)) for name, value in parts.items()}
+    total = ("alpha", np.full(len(ALPHA), sum(parts.values())))
+    found = rd.ensemble_response([one.assign(w2_error=total, **each) for one in own], **QUICK)
+    assert_allclose(found.w2_error, 1e-3 + 4e-3 / np.sqrt(16))
+
+
 # -- intervals cover -----------------------------------------------------------------------------
 
 

@@ -50,7 +50,7 @@ def bounds_of_mean(
     response : (m, n, 3) array
         Principal increments that m specimens answer with; NaN where a specimen has no probe.
     within : (n,) array
-        Error of the mean W2, J/m3: the mean of the errors of the specimens' W2, as they can have one cause.
+        Error of the mean W2, J/m3, from within the specimens.
     confidence : float
         E.g. 0.95.
     n_resamples, seed : int

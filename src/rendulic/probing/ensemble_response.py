@@ -25,6 +25,9 @@ FEW = 8  # specimens: with fewer no sign is called sure, as intervals then miss 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 WIDEST = 60.0  # degrees between directions that go all around
 ALIKE = 1e-9  # relative difference of norms and directions that are the same
+# errors that differ from specimen to specimen without a common cause; the second, how much W2 changes with a little more strain, is
+# nothing but the specimen's chance, which resampling specimens sees
+OF_CHANCE = ("error_imbalance", "error_size")
 MOST_NAMED = 4  # specimens in one sentence
 
 Given = Mapping[Any, Any] | Sequence[Any]
@@ -103,6 +106,8 @@ def ensemble_response(probes: Given, *, confidence: float = 0.95, n_resamples: i
     count = there.sum(axis=0)
     mean = {name: _mean(np.where(there[..., None], values, np.nan)) for name, values in flat.items()}
     error = _mean(np.where(there, own.error.reshape(n, -1), np.nan))
+    chance = np.where(there, own.chance.reshape(n, -1), 0.0)
+    error = error + np.divide(np.sqrt((chance**2).sum(axis=0)), count, out=np.zeros(count.shape), where=count > 0)
     present = there.any(axis=1)
     bounds = bounds_of_mean(
         mean[imposed_name], np.where(there[..., None], flat[answer_name], np.nan)[present], error, confidence, n_resamples, seed
@@ -164,6 +169,7 @@ class _Together:
     work: np.ndarray
     w2n: np.ndarray
     error: np.ndarray
+    chance: np.ndarray
     flags: dict[str, np.ndarray]
     error_is_drift: bool
 
@@ -210,7 +216,9 @@ def _together(probes: Given) -> _Together:
         )
 
     has_error = all("w2_error" in data for data in given.values())
+    has_parts = has_error and all(set(OF_CHANCE) <= set(data.data_vars) for data in given.values())
     name = "w2_error" if has_error else "w2_drift"
+    chance = [np.abs(stack(lambda data, part=part: data[part])) if has_parts else np.zeros(1) for part in OF_CHANCE]
     return _Together(
         labels=labels,
         told=[told.get(label, "") for label in labels],
@@ -219,7 +227,8 @@ def _together(probes: Given) -> _Together:
         of={name: stack(lambda data, n=name: data[n].transpose(*dims, "component")) for name in ("d_sigma", "d_eps")},
         work=stack(lambda data: data.w2_macro),
         w2n=stack(lambda data: data.w2_normalised),
-        error=np.abs(stack(lambda data: data[name])),
+        error=np.maximum(np.abs(stack(lambda data: data[name])) - sum(chance), 0.0),
+        chance=np.broadcast_to(chance[0], (len(labels), *template.w2_macro.shape)),
         flags={
             "n_unsettled": flags("is_settled", False), "n_too_fast": flags("is_too_fast", True),
             "n_not_reached": flags("is_reached", False), "n_not_significant": flags("is_significant", False),
