@@ -309,3 +309,23 @@ def test_signatures_show_every_option():
         for parameter in inspect.signature(function).parameters.values():
             assert parameter.kind not in (parameter.VAR_KEYWORD, parameter.VAR_POSITIONAL), (function, parameter)
     assert dir(rd.dem) == sorted(rd.dem.__all__)
+
+
+def test_natural_calls_are_understood(packed):
+    """Specimens of grains where snapshots are meant, angles where directions are meant; else a sentence says what is."""
+    moved = packed.clone()
+    moved.probe([1e-5, 0.0, 0.0], 20)
+    expected = rd.second_order_work(packed.snapshot(), moved.snapshot())
+    assert rd.second_order_work(packed, moved).boundary == expected.boundary
+    assert float(rd.anatomy(packed, moved).negative_contacts) >= 0.0
+    assert rd.micro.contact_work(packed, moved).work.sum() == expected.per_contact.work.sum()
+    assert rd.micro.coordination(packed) == rd.micro.coordination(packed.snapshot())
+    np.testing.assert_array_equal(rd.micro.love_weber_stress(packed), rd.micro.love_weber_stress(packed.snapshot()))
+    probes = rd.probe(packed, [90.0, 270.0], 1e-5, rate=1e-6, settle=False)
+    np.testing.assert_allclose(probes.alpha, [90.0, 270.0])
+    for call in (lambda: rd.second_order_work(packed, 3.0), lambda: rd.micro.coordination("a")):
+        with pytest.raises(InvalidInput, match=r"expected a Snapshot .* or a specimen of grains, got"):
+            call()
+    for wrong in (None, "around", object(), []):
+        with pytest.raises(InvalidInput, match="directions"):
+            rd.probe(packed, wrong, 1e-5)

@@ -13,7 +13,7 @@ from rendulic.foundation.errors import InvalidInput
 from rendulic.tensors.increment_sphere import DEVIATORIC_AXES
 from rendulic.tensors.rendulic_plane import increment_along
 
-__all__ = ["Directions", "SphereDirections", "axisymmetric", "rendulic", "sphere"]
+__all__ = ["Directions", "SphereDirections", "as_directions", "axisymmetric", "rendulic", "sphere"]
 
 
 @dataclass(frozen=True)
@@ -124,6 +124,28 @@ def axisymmetric(alpha) -> Directions:
     if angles.ndim != 1 or len(angles) == 0 or not np.isfinite(angles).all():
         raise InvalidInput(f"directions must be a list of finite angles in degrees, got {alpha!r}")
     return Directions(tuple(angles.tolist()))
+
+
+def as_directions(given: object) -> Directions | SphereDirections:
+    """Directions as they are, or a list of angles in degrees in the Rendulic plane.
+
+    >>> as_directions([90.0, 125.3]).alpha
+    (90.0, 125.3)
+
+    Raises
+    ------
+    InvalidInput
+        If they are neither.
+    """
+    if isinstance(given, Directions | SphereDirections):
+        return given
+    try:
+        return axisymmetric(given)
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            "expected directions, such as rd.directions.rendulic(step=10) or a list of angles in degrees, got "
+            f"{type(given).__name__}"
+        ) from None
 
 
 def sphere(n: int = 500) -> SphereDirections:

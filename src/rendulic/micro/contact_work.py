@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rendulic.foundation.errors import InvalidInput
-from rendulic.specimen.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot, as_snapshot
 
 __all__ = ["CLASSES", "ContactWork", "contact_work"]
 
@@ -61,6 +61,7 @@ def contact_work(before: Snapshot, after: Snapshot) -> ContactWork:
     InvalidInput
         If the two snapshots are not of the same grains.
     """
+    before, after = as_snapshot(before), as_snapshot(after)
     if before.n_grains != after.n_grains:
         raise InvalidInput(
             f"before and after must hold the same grains: {before.n_grains} grains before, {after.n_grains} after"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rendulic.specimen.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot, as_snapshot
 
 __all__ = ["Coordination", "coordination"]
 
@@ -32,6 +32,7 @@ class Coordination:
 
 def coordination(snapshot: Snapshot) -> Coordination:
     """Coordination with and without rattlers."""
+    snapshot = as_snapshot(snapshot)
     n = snapshot.n_grains
     between = ~snapshot.is_wall
     own = np.bincount(snapshot.first[between], minlength=n) + np.bincount(snapshot.second[between], minlength=n)

@@ -25,6 +25,7 @@ def grain_work(before: Snapshot, after: Snapshot, pairs: ContactWork) -> np.ndar
     (n,) array
         In J. Their sum is the second-order work of the walls, exactly (theory, Eq. 17).
     """
+    before, after = as_snapshot(before), as_snapshot(after)
     n = before.n_grains
     between = pairs.second < n
     own = np.bincount(pairs.first, np.where(between, 0.5, 1.0) * pairs.work, n)

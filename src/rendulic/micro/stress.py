@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rendulic.specimen.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot, as_snapshot
 
 __all__ = ["love_weber_stress"]
 
@@ -18,4 +18,5 @@ def love_weber_stress(snapshot: Snapshot) -> np.ndarray:
         In Pa, compression positive. In equilibrium it equals the wall tractions
         (`Snapshot.wall_stress`); the difference measures what is unbalanced.
     """
+    snapshot = as_snapshot(snapshot)
     return snapshot.force.T @ snapshot.branch / snapshot.volume

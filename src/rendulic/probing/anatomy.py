@@ -12,7 +12,7 @@ from rendulic.micro.coordination import coordination
 from rendulic.micro.fabric import fabric
 from rendulic.micro.grain_work import grain_work
 from rendulic.probing.second_order_work import SecondOrderWork, second_order_work
-from rendulic.specimen.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot, as_snapshot
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,6 +68,7 @@ def anatomy(before: Snapshot, after: Snapshot, *, n_shuffles: int = 99, seed: in
     InvalidInput
         If the two snapshots are not of the same grains.
     """
+    before, after = as_snapshot(before), as_snapshot(after)
     return anatomy_of(second_order_work(before, after), before, after, n_shuffles=n_shuffles, seed=seed)
 
 

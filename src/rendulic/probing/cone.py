@@ -12,7 +12,7 @@ from rendulic.foundation.checks import positive_number
 from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.notebooks import Shown
 from rendulic.foundation.progress import Progress, silent
-from rendulic.loading.directions import Directions, axisymmetric, rendulic
+from rendulic.loading.directions import Directions, as_directions, axisymmetric, rendulic
 from rendulic.loading.rate import norms_of, rate_of
 from rendulic.probing.edges import (
     ROUNDING,
@@ -281,12 +281,13 @@ def probe_to_edges(
     import xarray as xr
 
     tolerance = max(positive_number("tolerance of a cone's edges", tolerance, "degrees"), FINEST)
-    if directions is not None and not isinstance(directions, Directions):
+    given = rendulic() if directions is None else as_directions(directions)
+    if not isinstance(given, Directions):
         raise InvalidInput(
             f"a cone has its edges in the Rendulic plane: give rd.directions.rendulic(...), not {directions!r}; for "
             "the whole sphere see rd.probe and rd.figures.stereogram"
         )
-    around = np.unique(np.array((directions or rendulic()).alpha) % 360.0)
+    around = np.unique(np.array(given.alpha) % 360.0)
     _check_all_around(around)
     norms = norms_of(norm, kind)
     rate = rate_of(rate, n_steps, norms, kind, float(np.trace(specimen.stress)) / 3.0)

@@ -13,7 +13,7 @@ import numpy as np
 from rendulic.foundation.cores import workers_or_cores
 from rendulic.foundation.errors import DoubtfulResult, InvalidInput, one_of
 from rendulic.foundation.progress import Progress, silent
-from rendulic.loading.directions import Directions, SphereDirections
+from rendulic.loading.directions import Directions, SphereDirections, as_directions
 from rendulic.loading.rate import SETTLING_STEPS, STRAIN_PER_STEP, norms_of, rate_of, steps_to
 from rendulic.micro.contact_work import CLASSES
 from rendulic.probing.anatomy import anatomy_of, summary
@@ -86,7 +86,7 @@ def probe(
     specimen : Specimen
         In the state to probe; it should be at rest.
     directions : Directions or SphereDirections
-        E.g. `rd.directions.rendulic(step=10)`, or `rd.directions.sphere(500)` for all principal increments.
+        E.g. `rd.directions.rendulic(step=10)`, a list of angles in degrees, or `rd.directions.sphere(500)` for all principal increments.
     norm : float or increasing sequence of float, optional
         Size of the increment: strain, 5e-5 if not given, or Pa for `kind="stress"`, where it must be given.
     rate : float, optional
@@ -157,6 +157,7 @@ def probes_of(
 ) -> xr.Dataset:
     """As `probe`, without warnings: `doubts` has them."""
     one_of(kind, ("strain", "stress"), "kind of probe")
+    directions = as_directions(directions)
     norms = norms_of(norm, kind)
     sigma, eps = specimen.stress, specimen.strain
     rate = rate_of(rate, n_steps, norms, kind, float(np.trace(sigma)) / 3.0)

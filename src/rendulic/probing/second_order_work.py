@@ -10,7 +10,7 @@ import numpy as np
 from rendulic.foundation.notebooks import Shown
 from rendulic.micro.contact_work import CLASSES, ContactWork, contact_work
 from rendulic.probing.audits import Audit, Audits, audits
-from rendulic.specimen.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot, as_snapshot
 
 __all__ = ["SecondOrderWork", "normalised", "second_order_work"]
 
@@ -110,7 +110,7 @@ def normalised(d_sigma: np.ndarray, d_eps: np.ndarray) -> np.ndarray:
 
 
 def second_order_work(before: Snapshot, after: Snapshot) -> SecondOrderWork:
-    """Second-order work of the increment from `before` to `after`, any engine's snapshots.
+    """Second-order work of the increment from `before` to `after`, any engine's snapshots, or specimens of grains.
 
     1. Every pair that touches before or after contributes `df . dl`.
     2. Every grain contributes `df_p . dx_p` with its resultant contact force.
@@ -124,6 +124,7 @@ def second_order_work(before: Snapshot, after: Snapshot) -> SecondOrderWork:
     InvalidInput
         If the two snapshots are not of the same grains.
     """
+    before, after = as_snapshot(before), as_snapshot(after)
     pairs = contact_work(before, after)
     after = after.following(before)
     n, volume = before.n_grains, before.volume

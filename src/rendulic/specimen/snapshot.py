@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rendulic.foundation.errors import InvalidInput
 from rendulic.foundation.notebooks import Shown
 from rendulic.specimen.recorded import Recorded
 from rendulic.specimen.unbalanced import unbalanced_ratio
 
-__all__ = ["Snapshot"]
+__all__ = ["Snapshot", "as_snapshot"]
 
 
 @dataclass(frozen=True)
@@ -225,3 +226,21 @@ class Snapshot(Shown):
         """Mean |resultant on a grain| over mean |contact force|; infinite without contacts."""
         size = np.linalg.norm(self.force, axis=1)
         return unbalanced_ratio(self.resultant[: self.n_grains], float(size.sum()), len(size))
+
+
+def as_snapshot(state: object) -> Snapshot:
+    """A snapshot as it is, or that of a specimen of grains as it is now.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither.
+    """
+    if isinstance(state, Snapshot):
+        return state
+    take = getattr(state, "snapshot", None)
+    if callable(take) and isinstance(taken := take(), Snapshot):
+        return taken
+    raise InvalidInput(
+        f"expected a Snapshot (of rd.io.read, or sample.snapshot()) or a specimen of grains, got {type(state).__name__}"
+    )
