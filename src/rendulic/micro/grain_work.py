@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rendulic.micro.contact_work import ContactWork
-from rendulic.specimen.snapshot import Snapshot
+from rendulic.specimen.snapshot import Snapshot, as_snapshot
 
 __all__ = ["grain_work"]
 
