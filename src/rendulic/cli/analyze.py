@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
+
+from rendulic.cli.terminal import console, say
 
 if TYPE_CHECKING:
     from rendulic.probing.audits import Audits
@@ -104,14 +105,14 @@ def _two(before: Snapshot, after: Snapshot, title: str, report: Path | None) -> 
     }
     _warn(work.audits.warnings)
     _show(rows, title)
-    typer.echo(clusters_of_pair(found))
+    say(clusters_of_pair(found))
     _show_audits(work.audits)
     if report is not None:
         told = {name: value for name, (value, *_) in rows.items()}
         _write_json({**told, **_plain(work.audits)}, report / "second_order_work.json")
         write_dataset(found, report / "anatomy.nc")
         figures.save(figures.anatomy(found, title), report, "anatomy")
-        typer.echo(f"written to {report}")
+        say(f"written to {report}")
     return bool(work.audits.failed)
 
 
@@ -151,7 +152,7 @@ def _many(before: Snapshot, folder: Path, snapshot_of: Callable[[Path], Snapshot
     _warn(told[:MOST_TOLD] + ([f"And {len(told) - MOST_TOLD} more."] if len(told) > MOST_TOLD else []))
     _show(rows, str(folder))
     if null is None:
-        typer.echo("No null probe was given: no sign can be told from drift.")
+        say("No null probe was given: no sign can be told from drift.")
     if report is not None:
         values = {name: value for name, (value, *_) in rows.items()}
         _write_json(
@@ -164,7 +165,7 @@ def _many(before: Snapshot, folder: Path, snapshot_of: Callable[[Path], Snapshot
             report / "probes.csv",
         )
         figures.save(figures.circular_diagram({folder.name: probes}, str(folder)), report, "circular")
-        typer.echo(f"written to {report}")
+        say(f"written to {report}")
     return bool(failed)
 
 
@@ -202,17 +203,15 @@ def _show(rows: dict[str, tuple[Any, str, str]], title: str) -> None:
     for name, (value, unit, meaning) in rows.items():
         numbers = [f"{one:.4g}" for one in np.atleast_1d(value)] if not isinstance(value, str | None) else [value or ""]
         table.add_row(name, ", ".join(numbers), unit, meaning)
-    Console().print(table)
+    console().print(table)
 
 
 def _warn(sentences: list[str]) -> None:
     """What is wrong with the data, before any result."""
     if sentences:
-        typer.secho(
-            "These data contradict themselves: do not believe the result before you know why.", fg="red", bold=True
-        )
+        say("These data contradict themselves: do not believe the result before you know why.", fg="red", bold=True)
         for sentence in sentences:
-            typer.secho(f"- {sentence}", fg="red")
+            say(f"- {sentence}", fg="red")
 
 
 def _show_audits(audits: Audits) -> None:
@@ -226,7 +225,7 @@ def _show_audits(audits: Audits) -> None:
         table.add_row(name, verdict, f"{one.residual:.2g}", f"{one.limit:.2g}", one.compares)
     for name, why in audits.not_possible.items():
         table.add_row(name, "not possible", "", "", why)
-    Console().print(table)
+    console().print(table)
 
 
 def _plain(audits: Audits) -> dict[str, Any]:

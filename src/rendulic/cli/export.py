@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from rendulic.cli.terminal import say
+
 __all__ = ["export"]
 
 
@@ -34,8 +36,8 @@ def export(
     if source.is_dir() and not (source / "box.toml").is_file():
         written, passed_over = export_all(source, output, to, first)
         for reason in passed_over:
-            typer.secho(f"passed over: {reason}", err=True)
+            say(f"passed over: {reason}", err=True)
     else:
         written = write(source, output, to, first)
     for path in written:
-        typer.echo(path)
+        say(path)

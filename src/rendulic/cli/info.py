@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rendulic.cli.run import DAMAGED
+from rendulic.cli.terminal import say
 
 if TYPE_CHECKING:
     from rendulic.chang_hicher.point import MaterialPoint
@@ -38,11 +39,11 @@ def info(
     specimen = read_specimen(file)
     lines = _of_grains(specimen) if isinstance(specimen, Assembly) else _of_point(specimen)
     stress, strain = specimen.stress.diagonal() / 1e3, specimen.strain.diagonal()
-    typer.echo(f"{file}: {lines[0]}")
-    typer.echo(f"  stress    {stress[0]:.2f}, {stress[1]:.2f}, {stress[2]:.2f} kPa, eta = {_eta(specimen):.4f}")
-    typer.echo(f"  strain    {strain[0]:.6f}, {strain[1]:.6f}, {strain[2]:.6f}")
+    say(f"{file}: {lines[0]}")
+    say(f"  stress    {stress[0]:.2f}, {stress[1]:.2f}, {stress[2]:.2f} kPa, eta = {_eta(specimen):.4f}")
+    say(f"  strain    {strain[0]:.6f}, {strain[1]:.6f}, {strain[2]:.6f}")
     for line in lines[1:]:
-        typer.echo(f"  {line}")
+        say(f"  {line}")
 
 
 def _of_study(folder: Path, check: bool) -> None:
@@ -50,26 +51,26 @@ def _of_study(folder: Path, check: bool) -> None:
     from rendulic.study.execution.status import status_of
 
     status = status_of(folder)
-    typer.echo(f"{folder}: {status.done} of {status.total} units are done")
+    say(f"{folder}: {status.done} of {status.total} units are done")
     for kind, (done, count) in status.kinds.items():
-        typer.echo(f"  {kind:<12} {done} of {count}")
+        say(f"  {kind:<12} {done} of {count}")
     for unit, share in status.running.items():
         far = f" {100 * share[0] / share[1]:.0f} %, {share[2]}" if share and share[1] else ""
-        typer.echo(f"  running: {unit.label}{far}")
+        say(f"  running: {unit.label}{far}")
     for unit, why in status.failed.items():
-        typer.echo(f"  failed: {unit.label}: {why}")
+        say(f"  failed: {unit.label}: {why}")
     damaged: dict = {}
     if check:
         results = results_in(folder)
         damaged = results.store.damaged(results.done & set(results.wanted))
         for error in damaged.values():
-            typer.echo(f"  damaged: {error}")
+            say(f"  damaged: {error}")
     for unit in status.missing[:SHOWN]:
-        typer.echo(f"  missing: {unit.label}")
+        say(f"  missing: {unit.label}")
     if len(status.missing) > SHOWN:
-        typer.echo(f"  and {len(status.missing) - SHOWN} more")
+        say(f"  and {len(status.missing) - SHOWN} more")
     if status.others:
-        typer.echo(f"  {status.others} more results of other versions of the study are kept")
+        say(f"  {status.others} more results of other versions of the study are kept")
     if damaged:
         raise typer.Exit(DAMAGED)
 

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from rendulic.cli.terminal import say
+
 __all__ = ["init", "write_new"]
 
 
@@ -47,4 +49,4 @@ def write_new(file: Path, text: str) -> None:
         file.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InvalidInput(f"cannot write {file}: {error.strerror or error}") from None
-    typer.echo(f"written: {file}")
+    say(f"written: {file}")

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from rendulic.cli.terminal import say
+
 __all__ = ["lab"]
 
 TOLD = 5  # rows that were dropped
@@ -33,7 +35,7 @@ def lab(
     from rendulic.views.path_work import path_work
 
     if guess:
-        typer.echo(guess_description(test), nl=False)
+        say(guess_description(test), nl=False)
         return
     if init:
         write_new(test, example())
@@ -44,27 +46,25 @@ def lab(
         measured, found = part.measured, part.along
         name = f"{test}" if len(result.parts) == 1 else f"{test}: {part.title}"
         if found is None:
-            typer.echo(f"{name}: {part.why_not}")
+            say(f"{name}: {part.why_not}")
             continue
-        typer.echo(f"{name}: {found.attrs['verdict']}")
+        say(f"{name}: {found.attrs['verdict']}")
         if found.instability_q.notnull():
             told = f"  q = {float(found.instability_q) / 1e3:.2f} kPa"
             if found.instability_p.notnull():
                 told += f", p' = {float(found.instability_p) / 1e3:.2f} kPa, eta = {float(found.instability_eta):.3f}"
-            typer.echo(told)
+            say(told)
         for peak, least, by in zip(found.peak_q.values, found.minimum_q.values, found.falls_by.values, strict=True):
-            typer.echo(f"  q falls from {peak / 1e3:.2f} to {least / 1e3:.2f} kPa, by {100 * by / abs(peak):.1f} %")
+            say(f"  q falls from {peak / 1e3:.2f} to {least / 1e3:.2f} kPa, by {100 * by / abs(peak):.1f} %")
         for note in filter(None, measured.attrs["notes"].split("; ")):
-            typer.echo(f"  look at it: {note}")
+            say(f"  look at it: {note}")
         if measured.attrs["n_dropped"]:
-            typer.echo(
-                f"  {measured.attrs['n_dropped']} rows of the file dropped: {shortened(measured.attrs['dropped'])}"
-            )
+            say(f"  {measured.attrs['n_dropped']} rows of the file dropped: {shortened(measured.attrs['dropped'])}")
         if len(result.parts) <= MOST_FIGURES:
             files += save(draw(path_work(measured, found, part.title)), part.folder, "w2")
     if len(result.parts) > MOST_FIGURES:
-        typer.echo(f"figures are drawn of up to {MOST_FIGURES} loadings: choose one by leg or where")
-    typer.echo(f"{len(files)} files written to {output}")
+        say(f"figures are drawn of up to {MOST_FIGURES} loadings: choose one by leg or where")
+    say(f"{len(files)} files written to {output}")
 
 
 def shortened(dropped: str) -> str:

@@ -14,10 +14,12 @@ from rendulic.cli.export import export
 from rendulic.cli.info import info
 from rendulic.cli.init import init
 from rendulic.cli.lab import lab
+from rendulic.cli.limits import wanting
 from rendulic.cli.probe import probe
 from rendulic.cli.report import report
 from rendulic.cli.reproduce import reproduce
 from rendulic.cli.run import run as run_command
+from rendulic.cli.terminal import say
 from rendulic.cli.view import view
 from rendulic.foundation.errors import ComingChange, RendulicError
 
@@ -44,7 +46,7 @@ app.command()(probe)
 
 def _version(show: bool) -> None:
     if show:
-        typer.echo(f"rendulic {__version__}")
+        say(f"rendulic {__version__}")
         raise typer.Exit
 
 
@@ -65,14 +67,20 @@ def _say_warning(
 ) -> None:
     """A warning for the user as text; others are for developers."""
     if issubclass(category, ComingChange):
-        typer.secho(f"rendulic: {message}", fg="yellow", err=True)
+        say(f"rendulic: {message}", fg="yellow", err=True)
 
 
 def run() -> None:
-    """Entry point: every error on purpose is one line on standard error, exit code 2."""
+    """Entry point: every error on purpose, or for want of what the system allows, is one line on standard error, code 2."""
     warnings.showwarning = _say_warning
     try:
         app()
     except RendulicError as error:
-        typer.secho(f"rendulic: {error}", fg="red", err=True)
-        sys.exit(2)
+        say(f"rendulic: {error}", fg="red", err=True)
+    except (OSError, MemoryError, ImportError, RuntimeError) as error:
+        if not (want := wanting(error)):
+            raise
+        say(f"rendulic: {want}", fg="red", err=True)
+    else:
+        return
+    sys.exit(2)

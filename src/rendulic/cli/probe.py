@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from rendulic.cli.progress import stages
+from rendulic.cli.terminal import say
 from rendulic.loading.rate import STRAIN_PER_STEP
 
 __all__ = ["probe"]
@@ -59,7 +60,7 @@ def probe(
     for value in probes.norm.values:
         one = probes.sel(norm=value)
         worst = one.isel(alpha=int(one.w2_normalised.argmin("alpha")))
-        typer.echo(
+        say(
             f"norm {value:g}: smallest W2n {float(worst.w2_normalised):+.4f} +/- {float(worst.w2_normalised_error):.2g} at "
             f"{float(worst.alpha):.0f} degrees ({'the sign is sure' if bool(worst.is_significant) else 'the sign is not sure'})"
             + (
@@ -69,5 +70,5 @@ def probe(
             )
         )
     for sentence in doubts(probes):
-        typer.echo(f"Warning: {sentence}.", err=True)
-    typer.echo(f"written to {output}")
+        say(f"Warning: {sentence}.", err=True)
+    say(f"written to {output}")

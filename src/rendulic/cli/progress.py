@@ -8,20 +8,20 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     Progress,
     TaskProgressColumn,
-    TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 
+from rendulic.cli.terminal import Words, console
 from rendulic.foundation.progress import Progress as Callback
 from rendulic.foundation.progress import silent
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.progress import TaskID
 
     from rendulic.study.execution.run import Watch
@@ -38,13 +38,13 @@ def stages(quiet: bool = False) -> Iterator[Callable[[str], Callback]]:
     if quiet:
         yield lambda _name: silent
         return
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda name: _lines(console, name)
+    terminal = console(stderr=True)
+    if not terminal.is_terminal:
+        yield lambda name: _lines(terminal, name)
         return
     bars = Progress(
-        TextColumn("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn(),
-        TimeRemainingColumn(compact=True), TextColumn("[dim]{task.fields[note]}"), console=console,
+        Words("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn(),
+        TimeRemainingColumn(compact=True), Words("{task.fields[note]}", "dim"), console=terminal,
     )  # fmt: skip
 
     def open_stage(name: str) -> Callback:
@@ -59,7 +59,7 @@ def stages(quiet: bool = False) -> Iterator[Callable[[str], Callback]]:
         yield open_stage
 
 
-def _lines(console: Console, name: str) -> Callback:
+def _lines(terminal: Console, name: str) -> Callback:
     """Progress as a line now and then."""
     lock, start, last = Lock(), time.monotonic(), [0.0]
 
@@ -71,7 +71,7 @@ def _lines(console: Console, name: str) -> Callback:
             last[0] = now
         share = done / total if total else 0.0
         left = f", {(now - start) * (1 - share) / share:.0f} s left" if 0.02 < share < 1 else ""
-        console.print(
+        terminal.print(
             f"{name}: {100 * share:.0f} % after {now - start:.0f} s{left}; {note}",
             highlight=False,
             soft_wrap=True,
@@ -86,15 +86,15 @@ def campaign(quiet: bool = False) -> Iterator[Watch | None]:
     if quiet:
         yield None
         return
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _CampaignLines(console)
+    terminal = console(stderr=True)
+    if not terminal.is_terminal:
+        yield _CampaignLines(terminal)
         return
     columns = (
-        TextColumn("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn(),
-        TimeRemainingColumn(compact=True), TextColumn("[dim]{task.fields[note]}"),
+        Words("{task.description}"), BarColumn(bar_width=24), TaskProgressColumn(), TimeElapsedColumn(),
+        TimeRemainingColumn(compact=True), Words("{task.fields[note]}", "dim"),
     )  # fmt: skip
-    with Progress(*columns, console=console) as bars:
+    with Progress(*columns, console=terminal) as bars:
         yield _CampaignBars(bars)
 
 

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from rendulic.cli.terminal import say
+
 __all__ = ["report"]
 
 
@@ -23,4 +25,4 @@ def report(
     from rendulic.report import write_report
 
     path = write_report(folder, output)
-    typer.echo(f"{path}: {path.stat().st_size / 1e6:.1f} MB, open it in a browser")
+    say(f"{path}: {path.stat().st_size / 1e6:.1f} MB, open it in a browser")

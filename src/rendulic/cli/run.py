@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rendulic.cli.progress import campaign
+from rendulic.cli.terminal import say
 from rendulic.views.view import verdicts
 
 if TYPE_CHECKING:
@@ -106,9 +107,7 @@ def in_order() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        typer.secho(
-            "rendulic: stopped; all that was finished is kept, the same command goes on from there", fg="red", err=True
-        )
+        say("rendulic: stopped; all that was finished is kept, the same command goes on from there", fg="red", err=True)
         raise typer.Exit(STOPPED) from None
     finally:
         signal.signal(signal.SIGTERM, before)
@@ -129,23 +128,21 @@ def say_how_it_went(run: StudyRun, drawn: Mapping[str, list[Drawn]]) -> None:
     """Answers, counts, figures, failures; ends the program with code 3 if there are any of these, 4 for damage."""
     outcome, folder = run.outcome, run.results.store.folder
     for damage in run.repaired.values():
-        typer.echo(f"made again: {str(damage).partition('; run again')[0]}")
+        say(f"made again: {str(damage).partition('; run again')[0]}")
     for name, views in drawn.items():
         for verdict in verdicts((one.view.title, one.view) for one in views):
-            typer.echo(f"{name}: {verdict}")
+            say(f"{name}: {verdict}")
     total = len(outcome.done) + len(outcome.failed) + len(outcome.blocked)
-    typer.echo(
-        f"{len(outcome.done - set(run.damaged))} of {total} units are done, {outcome.made} of them now, in {folder}"
-    )
+    say(f"{len(outcome.done - set(run.damaged))} of {total} units are done, {outcome.made} of them now, in {folder}")
     for name, views in drawn.items():
         files = [str(file) for one in views for file in one.files]
-        typer.echo(f"{name}: {', '.join(files) or 'not drawn, as nothing that it shows is finished'}")
-    typer.echo(f"all of it on one page: rendulic report {folder}")
+        say(f"{name}: {', '.join(files) or 'not drawn, as nothing that it shows is finished'}")
+    say(f"all of it on one page: rendulic report {folder}")
     for damage in run.damaged.values():
-        typer.secho(f"damaged: {damage}", fg="red", err=True)
+        say(f"damaged: {damage}", fg="red", err=True)
     for unit, error in outcome.failed.items():
-        typer.secho(f"failed: {unit.label}: {error}", fg="red", err=True)
+        say(f"failed: {unit.label}: {error}", fg="red", err=True)
     if outcome.blocked:
-        typer.secho(f"{len(outcome.blocked)} units wait for these", fg="red", err=True)
+        say(f"{len(outcome.blocked)} units wait for these", fg="red", err=True)
     if run.damaged or outcome.failed:
         raise typer.Exit(DAMAGED if run.damaged else FAILED)

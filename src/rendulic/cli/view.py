@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from rendulic.cli.terminal import say
+
 __all__ = ["view"]
 
 
@@ -28,13 +30,13 @@ def view(
 
     with LiveView(folder, port) as live:
         signal.signal(signal.SIGTERM, _end)
-        typer.echo(f"{live.address} shows {folder}; end with Ctrl-C")
+        say(f"{live.address} shows {folder}; end with Ctrl-C")
         if open_browser:
             webbrowser.open(live.address)
         try:
             live.serve()
         except KeyboardInterrupt:
-            typer.echo("ended")
+            say("ended")
 
 
 def _end(_signal: int, _frame: FrameType | None) -> None:

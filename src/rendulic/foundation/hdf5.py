@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from errno import EMFILE, ENFILE, ENOMEM
 from pathlib import Path
 
 from rendulic.foundation.errors import CorruptFile, RendulicError
@@ -36,14 +37,17 @@ def readable(path: Path, what: str) -> Iterator[None]:
     Raises
     ------
     CorruptFile
-        In one line; errors of rendulic pass as they are.
+        In one line; errors of rendulic pass as they are, and so does what the system does not allow: that is no fault of
+        the file.
     """
     try:
         yield
-    except RendulicError:
+    except (RendulicError, ImportError):
         raise
     # the libraries have no list of what they raise on bytes that are not theirs
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in (EMFILE, ENFILE, ENOMEM):
+            raise
         reason = " ".join(str(error).split())[:300] or type(error).__name__
         raise CorruptFile(f"{path} is not a readable {what} (truncated, altered or foreign): {reason}") from error
 

@@ -10,12 +10,31 @@ from pathlib import Path
 
 from rendulic.foundation.errors import InvalidInput
 
-__all__ = ["whole_file", "writable_folder"]
+__all__ = ["is_reserved", "whole_file", "writable_folder"]
 
+# names of devices on Windows, with any ending
+DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))}
 
 # the process's file mask can only be read by setting it: once, before there are threads
 MASK = os.umask(0)
 os.umask(MASK)
+
+
+def is_reserved(name: str) -> bool:
+    """Whether Windows has a device of this name, so that no file or folder there can have it.
+
+    >>> is_reserved("NUL.toml"), is_reserved("null")
+    (True, False)
+    """
+    return name.partition(".")[0].strip().lower() in DEVICES
+
+
+def _expect_own_name(path: Path) -> None:
+    for part in (path.name, path.parent.name):
+        if is_reserved(part):
+            raise InvalidInput(
+                f"cannot write {path}: {part} is the name of a device on Windows, where no file can have it: choose another one"
+            )
 
 
 @contextmanager
@@ -30,6 +49,7 @@ def whole_file(path: str | os.PathLike) -> Iterator[Path]:
         If the folder cannot be made or written to.
     """
     path = Path(path)
+    _expect_own_name(path)
     if path.exists() and not path.is_file():
         raise InvalidInput(f"cannot write {path}: it exists and is not a regular file; choose another name")
     try:
@@ -60,6 +80,7 @@ def writable_folder(folder: str | os.PathLike) -> Path:
         If not: better before hours of work than after.
     """
     folder = Path(folder)
+    _expect_own_name(folder)
     nearest = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     try:
         tempfile.TemporaryFile(dir=nearest).close()

@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from rendulic.foundation.validation import Positive, Whole
+from rendulic.foundation.whole_file import is_reserved
 from rendulic.loading import directions
 
 __all__ = [
@@ -57,7 +58,14 @@ def _divides_the_circle(step: float) -> float:
     return step
 
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=40)]
+def _of_files(name: str) -> str:
+    """The name, if all systems let files and folders have it."""
+    if is_reserved(name):
+        raise ValueError(f"{name} is the name of a device on Windows, where no file can have it: choose another one")
+    return name
+
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=40), AfterValidator(_of_files)]
 Names = Annotated[tuple[Name, ...], Field(max_length=MOST), AfterValidator(different)]
 Seeds = Annotated[
     tuple[Annotated[Whole, Field(ge=0, lt=2**63)], ...], Field(max_length=MOST), AfterValidator(different)
