@@ -63,7 +63,12 @@ def test_moduli_of_an_isotropic_packing(name, ratio):
 
 def test_poissons_ratio_of_hostun_sand():
     """0.1875 at k_r = 0.4 k_n."""
-    assert_allclose(isotropic_moduli(elastic_compliance(rd.ChangHicher().at(P, 0.9)))[1], 0.1875, rtol=0, atol=2e-12)
+    assert_allclose(
+        isotropic_moduli(elastic_compliance(rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)))[1],
+        0.1875,
+        rtol=0,
+        atol=2e-12,
+    )
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1 / 3, 0.5, 0.8])
@@ -71,7 +76,7 @@ def test_poissons_ratio_of_hostun_sand():
 @pytest.mark.parametrize("void_ratio", [0.6, 0.95])
 def test_stiffness_of_the_contacts(exponent, pressure, void_ratio):
     """Bulk modulus `K0 / 3`, `K0 = k_n N l^2/(3V)`, `k_n = k_n0 (f_n / f_ref)^n`, `f_n = 3 V p / (N l)`."""
-    sand = rd.ChangHicher(exponent=exponent, k_n0=12e3, f_ref=0.03, branch_length=0.5e-3)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), exponent=exponent, k_n0=12e3, f_ref=0.03, branch_length=0.5e-3)
     compliance = elastic_compliance(sand.at(pressure, void_ratio))
     density = contacts_per_volume(void_ratio, 0.5e-3)
     force = 3.0 * pressure / (density * 0.5e-3)
@@ -85,7 +90,7 @@ def test_unloading_is_elastic_with_the_same_moduli(formulation):
 
     The void ratio has changed on the way, and with it the number of contacts; nothing else.
     """
-    sand = rd.ChangHicher(exponent=0.0, formulation=formulation)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), exponent=0.0, formulation=formulation)
     point = sand.at(P, 0.9)
     point.load(rd.paths.drained_triaxial(until_strain=0.3, until_eta=0.5))
     unloading = tangent(point, [-1.0, 0.2, 0.2])
@@ -97,7 +102,7 @@ def test_unloading_is_elastic_with_the_same_moduli(formulation):
 
 def test_loading_is_not_elastic():
     """In the other direction the sheared planes slide, and the response is softer."""
-    point = rd.ChangHicher(exponent=0.0).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), exponent=0.0).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(until_strain=0.3, until_eta=0.5))
     loading, unloading = (tangent(point, sign * np.array([1.0, -0.2, -0.2])) for sign in (1, -1))
     assert loading.is_loading.sum() > 10
@@ -111,7 +116,7 @@ def test_isotropic_compression_is_elastic(formulation):
     The bulk modulus follows p^n and the contacts of the present void ratio; the loop closes to the
     rounding: 200 steps of order five err by far less than the tolerance.
     """
-    point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9)
     up = point.load(rd.paths.isotropic(3 * P))
     largest = float(up.eps_v[-1])
     assert up.attrs["stopped_by"] == "target"
@@ -130,7 +135,7 @@ def test_isotropic_compression_in_closed_form():
     """
     from scipy.integrate import quad
 
-    sand = rd.ChangHicher(exponent=0.5)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), exponent=0.5)
     point = sand.at(100e3, 0.9)
     slope = 1.0 / elastic_compliance(point)[:3, :3].sum() / 100e3**0.5  # k_0 / 3 at e = 0.9
     point.load(rd.paths.isotropic(800e3))
@@ -170,7 +175,7 @@ def test_static_hypothesis_and_strain_average_are_dual(fabric, ratio):
     The strain of one stress, against the tractions of another: so the average is the adjoint of the
     localisation, for any pair.
     """
-    sand = rd.ChangHicher(exponent=0.0, k_rR=ratio, fabric=fabric, dilatancy=0.1)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), exponent=0.0, k_rR=ratio, fabric=fabric, dilatancy=0.1)
     geometry = PlaneGeometry(sand.rule, fabric)
     compliance = elastic_compliance(sand.at(P, 0.8))
     own = sand.parameters
@@ -194,7 +199,9 @@ def mandel(tensor):
 @pytest.mark.parametrize("fabric", FABRICS.values(), ids=FABRICS)
 def test_fabric_makes_the_packing_stiffer_along_it(fabric):
     """More contacts in a direction, less strain along it under isotropic stress; nothing yields to a mean."""
-    compliance = elastic_compliance(rd.ChangHicher(fabric=fabric).at(P, 0.9), np.diag(fabric) - 1 / 3 + 1.0)
+    compliance = elastic_compliance(
+        rd.ChangHicher(rule=bazant_oh_37(), fabric=fabric).at(P, 0.9), np.diag(fabric) - 1 / 3 + 1.0
+    )
     strain = compliance @ [1, 1, 1, 0, 0, 0]
     order = np.argsort(np.diag(fabric))
     assert (np.diff(strain[:3][order]) <= 1e-9 * strain[0]).all()
@@ -218,7 +225,7 @@ def test_first_undrained_slope(formulation):
     With `printed`, tan(phi_p) stands in place of tan(phi_0): at the critical void ratio they are equal.
     """
     extra = {"interlocking": 0.0} if formulation == "printed" else {}
-    few = rd.ChangHicher(formulation=formulation, **extra)
+    few = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, **extra)
     many = rd.ChangHicher(formulation=formulation, rule=lebedev(131), **extra)
     assert_allclose(first_slope(few), -0.2090, rtol=0, atol=5e-5)
     assert_allclose(first_slope(many), -0.65 / 3.0, rtol=0, atol=5e-5)
@@ -241,7 +248,7 @@ def test_first_undrained_slope_in_closed_form(factor, tan_phi, plastic):
 
 def test_driver_starts_with_the_slope_of_the_tangent():
     """A very small undrained path has the slope of the tangent, with an error that shrinks with its length."""
-    sand = rd.ChangHicher()
+    sand = rd.ChangHicher(rule=bazant_oh_37())
     expected = first_slope(sand)
     errors = []
     for strain in (2e-6, 1e-6, 5e-7):

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import rendulic as rd
 from rendulic.chang_hicher import plane_law, plane_stiffness
 from rendulic.chang_hicher.law.critical_state import critical_pressure
-from rendulic.tensors.sphere_rules import lebedev
+from rendulic.tensors.sphere_rules import bazant_oh_37, lebedev
 
 P = 300e3
 # formulation, void ratio, axial strain to go to, q and p' at the peak, at the end (kPa), planes in the
@@ -28,7 +28,7 @@ def undrained(formulation, void_ratio, strain, **options):
     """The curve, followed once."""
     key = (formulation, void_ratio, strain, *sorted(options))
     if key not in _CURVES:
-        point = rd.ChangHicher(formulation=formulation, **options).at(P, void_ratio)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, **options).at(P, void_ratio)
         _CURVES[key] = point.load(rd.paths.constant_volume(strain))
     return _CURVES[key]
 
@@ -131,7 +131,11 @@ def test_second_order_work_vanishes_at_the_peak(row):
     curve = undrained(*row[:3])
     lost, peak = events(curve, "w2_lost"), events(curve, "q_peak")
     assert_allclose([value[0] for value in lost], [value[0] for value in peak], rtol=1e-10)
-    at = rd.ChangHicher(formulation=row[0]).at(P, row[1]).load(rd.paths.constant_volume(float(peak[0][0])))
+    at = (
+        rd.ChangHicher(rule=bazant_oh_37(), formulation=row[0])
+        .at(P, row[1])
+        .load(rd.paths.constant_volume(float(peak[0][0])))
+    )
     # the tolerance of an integration is 1e-8 a step; W2n falls from 0.5 to -0.5 within some 1e-2 of strain
     assert abs(float(at.w2_normalised[-1])) < 2e-7
     assert abs(float(at.w2[-1] / at.w2[0])) < 2e-7
@@ -165,7 +169,7 @@ def test_local_work_sums_up_to_the_macroscopic(path, fabric, formulation):
     Relative to the sum of the absolute values. Near the plastic limit the compliance of a plane is
     1 / (1 - x)^2 of its elastic one, and so is the rounding of its strain.
     """
-    curve = rd.ChangHicher(formulation=formulation, fabric=fabric).at(P, 0.9).load(path)
+    curve = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric).at(P, 0.9).load(path)
     weighted = 3.0 * curve.plane_weight * curve.w2_plane
     error = abs(weighted.sum("plane") - curve.w2) / abs(weighted).sum("plane")
     margin = (1.0 - curve.x_plane.max("plane")) ** 2
@@ -197,8 +201,8 @@ def test_scales_of_the_contacts_leave_the_path_alone(change, formulation):
 
     The factor is that of the contacts' stiffness, `k_n0 l^(2n-1) / f_ref^n`.
     """
-    base = rd.ChangHicher(formulation=formulation)
-    other = rd.ChangHicher(formulation=formulation, **change)
+    base = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation)
+    other = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, **change)
     stiffness = [
         own.k_n0 * own.branch_length ** (2 * own.exponent - 1) / own.f_ref**own.exponent
         for own in (base.parameters, other.parameters)
@@ -221,7 +225,7 @@ def test_stiffness_of_the_planes(formulation, strain):
 
     The stiffness of a plane in Pa is `K0 (f_n / f_ref)^n` with `f_n = 3 V sigma / (N l)`.
     """
-    sand = rd.ChangHicher(formulation=formulation)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation)
     own = sand.parameters
     point = sand.at(P, 0.9)
     curve = point.load(rd.paths.constant_volume(strain))

@@ -32,7 +32,7 @@ def test_tolerance_is_small_enough(formulation):
     """Half the tolerance, the same peak of q: to ten times the tolerance of a step, and ever closer."""
     peaks = []
     for tolerance in (1e-6, 1e-8, 5e-9, 1e-12):
-        point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9)
         curve = point.load(rd.paths.constant_volume(0.03), tolerance=tolerance, least_records=1)
         peaks.append(peak_of_q(curve))
     errors = np.abs(np.array(peaks[:3]) / peaks[3] - 1.0)
@@ -45,8 +45,10 @@ def test_tolerance_is_small_enough(formulation):
 @pytest.mark.parametrize("least_records", [1, 50, 1000])
 def test_records_do_not_decide_the_result(least_records):
     """The end of an undrained test is the same however often it is recorded, to the tolerance of the steps."""
-    reference = rd.ChangHicher().at(P, 0.9).load(rd.paths.constant_volume(0.03), tolerance=1e-12)
-    curve = rd.ChangHicher().at(P, 0.9).load(rd.paths.constant_volume(0.03), least_records=least_records)
+    reference = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(rd.paths.constant_volume(0.03), tolerance=1e-12)
+    curve = (
+        rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(rd.paths.constant_volume(0.03), least_records=least_records)
+    )
     assert curve.sizes["record"] > least_records
     assert_allclose([curve.q[-1], curve.p[-1]], [reference.q[-1], reference.p[-1]], rtol=1e-7)
 
@@ -71,7 +73,7 @@ def test_integrator_is_of_fifth_order(formulation, path):
 
     The reference is the same integrator at a tolerance of 1e-14, where rounding ends it.
     """
-    point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9)
     point.load(rd.paths.constant_volume(0.002), tolerance=1e-12)
     expected, _n = followed(point, path, 1, 1e-14)
     steps, errors = [], []
@@ -130,7 +132,7 @@ def test_tangent_is_the_derivative_of_the_driver(formulation, alpha):
 
     Only there: planes along the axis carry no shear, and would slide at the least lateral difference.
     """
-    point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.8), tolerance=1e-12)
     direction = rd.directions.axisymmetric(alpha).increments(1.0)[0]
     compare(point, direction, [np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 1.0])])
@@ -140,14 +142,16 @@ def test_tangent_is_the_derivative_of_the_driver(formulation, alpha):
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_tangent_at_three_different_stresses(formulation, direction):
     """In a virgin state with three principal stresses, all changes of the principal strains."""
-    point = rd.ChangHicher(formulation=formulation).at(stress=np.diag([450e3, 330e3, 250e3]), void_ratio=0.85)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(
+        stress=np.diag([450e3, 330e3, 250e3]), void_ratio=0.85
+    )
     own = compare(point, np.array(direction), list(np.eye(3)))
     assert own.at_yield.sum() > 30
 
 
 def test_loading_is_softer_than_unloading():
     """What the differences above compare: tangents that differ by far more than the tolerance."""
-    point = rd.ChangHicher().at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.8))
     loading, unloading = (tangent(point, sign * np.array([1.0, -0.5, -0.5])).stiffness for sign in (1, -1))
     assert loading[0, 0] < 0.8 * unloading[0, 0]

@@ -25,7 +25,7 @@ AXIAL_UNDRAINED = ([1, 0, 0], [1, 1, 1], [0, 1, -1])
 
 def sheared(formulation="consistent", fabric=None, void_ratio=0.9, **parameters):
     """A point in the middle of an undrained test, some planes unloaded."""
-    point = rd.ChangHicher(formulation=formulation, fabric=fabric, **parameters).at(P, void_ratio)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric, **parameters).at(P, void_ratio)
     point.load(rd.paths.constant_volume(0.02))
     return point
 
@@ -40,7 +40,7 @@ def of_kind(curve, kind, name):
 
 def test_is_a_specimen():
     """A point obeys the protocol of specimens, and has no grains."""
-    point = rd.ChangHicher().at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     assert isinstance(point, rd.Specimen)
     assert not isinstance(point, HasGrains)
     assert point.stress.shape == point.strain.shape == (3, 3)
@@ -134,10 +134,14 @@ def test_a_batch_is_many_single_tests(path):
     Interpolation errs by the fourth power of a step.
     """
     factors = np.array([0.6, 1.0, 1.3])
-    batch = rd.ChangHicher.load_many({"dilatancy": factors, "k_pR": 1.2}, path, void_ratio=0.92, n_records=41)
+    batch = rd.ChangHicher.load_many(
+        {"dilatancy": factors, "k_pR": 1.2}, path, void_ratio=0.92, n_records=41, rule=bazant_oh_37()
+    )
     for sample, factor in enumerate(factors):
         own = batch.isel(sample=sample)
-        curve = rd.ChangHicher(dilatancy=factor, k_pR=1.2).at(P, 0.92).load(path, least_records=400)
+        curve = (
+            rd.ChangHicher(rule=bazant_oh_37(), dilatancy=factor, k_pR=1.2).at(P, 0.92).load(path, least_records=400)
+        )
         for name in ("q", "p", "eps_1"):
             # NaN where there is no peak
             first = np.append(of_kind(curve, "q_peak", name), np.nan)[0]
@@ -169,7 +173,9 @@ def test_frame_indifference(formulation, seed):
     turn = Rotation.random(random_state=seed).as_matrix()
     stress = np.diag([450e3, 300e3, 250e3])
     fabric = np.diag([0.38, 0.34, 0.28])
-    here = rd.ChangHicher(formulation=formulation, fabric=fabric).at(stress=stress, void_ratio=0.85)
+    here = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric).at(
+        stress=stress, void_ratio=0.85
+    )
     there = rd.ChangHicher(
         rule=bazant_oh_37().rotated(turn), formulation=formulation, fabric=turn @ fabric @ turn.T
     ).at(stress=turn @ stress @ turn.T, void_ratio=0.85)  # fmt: skip
@@ -198,7 +204,7 @@ def quarter_turns():
 def test_symmetries_of_the_cube_are_exact(formulation, turn):
     """They map the 37 planes onto themselves: the same curve to rounding grown over 200 steps."""
     path = rd.paths.constant_volume(0.05)
-    own = rd.ChangHicher(formulation=formulation).at(P, 0.9).load(path)
+    own = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9).load(path)
     other = rd.ChangHicher(formulation=formulation, rule=bazant_oh_37().rotated(turn)).at(P, 0.9).load(path)
     for name in ("q", "p"):
         assert_allclose(other[name], own[name], rtol=0, atol=1e-12 * P)
@@ -246,7 +252,7 @@ def test_unloading_and_reloading_lead_back(formulation, parameters):
     All elastic: along one stress path a rate that depends on stress and void ratio alone runs back as it
     came, for any exponent. The 200 steps there and back are of order five and err by far less than tolerated.
     """
-    point = rd.ChangHicher(formulation=formulation, **parameters).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, **parameters).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.6))
     before = point.save()
     down = point.load(to_axial_stress(1.1 * P))
@@ -278,7 +284,7 @@ def test_planes_slide_again_where_they_stopped(formulation):
     `printed` and `eq32` remember the friction; `consistent` the sliding, which Eq. 31 turns into friction at
     the normal stress and the number of contacts of that moment (exponent 0, constant peak friction).
     """
-    sand = rd.ChangHicher(formulation=formulation, **CONSTANT_FRICTION)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, **CONSTANT_FRICTION)
     own = sand.parameters
     point = sand.at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.02))
@@ -338,7 +344,7 @@ def test_limit_undrained_cycles_neither_build_up_pressure_nor_degrade():
 
     A real loose sand loses effective pressure in every cycle.
     """
-    point = rd.ChangHicher().at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     pressures, spans = [], []
     for _ in range(10):
         for extension in (False, True):
@@ -354,9 +360,14 @@ def test_limit_undrained_cycles_neither_build_up_pressure_nor_degrade():
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_reversal_begins_elastically(formulation):
     """At constant lateral stress q falls with Young's modulus of the elastic packing, exponent 0."""
-    point = rd.ChangHicher(formulation=formulation, exponent=0.0).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, exponent=0.0).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.01))
-    young = 1.0 / tangent(rd.ChangHicher(exponent=0.0).at(P, point.void_ratio), np.ones(3)).compliance[0, 0]
+    young = (
+        1.0
+        / tangent(rd.ChangHicher(rule=bazant_oh_37(), exponent=0.0).at(P, point.void_ratio), np.ones(3)).compliance[
+            0, 0
+        ]
+    )
     back = point.load(rd.paths.drained_triaxial(1e-6, extension=True))
     modulus = (back.q[-1] - back.q[0]) / (back.eps_1[-1] - back.eps_1[0])
     # rounding of 6e-11 Pa in 100 Pa; the void ratio changes by 1e-6
@@ -365,7 +376,7 @@ def test_reversal_begins_elastically(formulation):
 
 def test_in_pieces_or_at_once():
     """A path in three pieces ends where it does at once: both have 200 steps and more, of order five."""
-    whole, parts = (rd.ChangHicher().at(P, 0.9) for _ in range(2))
+    whole, parts = (rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9) for _ in range(2))
     whole.load(rd.paths.constant_volume(0.03))
     for strain in (0.004, 0.016, 0.010):
         parts.load(rd.paths.constant_volume(strain))
@@ -385,7 +396,7 @@ class TestPaths:
     @pytest.mark.parametrize("extension", [False, True])
     def test_drained(self, formulation, void_ratio, fabric, extension):
         """Both lateral stresses keep their value."""
-        point = rd.ChangHicher(formulation=formulation, fabric=fabric).at(P, void_ratio)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric).at(P, void_ratio)
         curve = point.load(rd.paths.drained_triaxial(0.04, extension=extension))
         assert_allclose(curve.sigma_2, P, rtol=1e-13)
         assert_allclose(curve.sigma_3, P, rtol=1e-13)
@@ -394,7 +405,7 @@ class TestPaths:
     @pytest.mark.parametrize("extension", [False, True])
     def test_undrained(self, formulation, void_ratio, fabric, extension):
         """The void ratio does not change, the lateral strains are half the axial one."""
-        point = rd.ChangHicher(formulation=formulation, fabric=fabric).at(P, void_ratio)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric).at(P, void_ratio)
         curve = point.load(rd.paths.constant_volume(0.04, extension=extension))
         # rounding of the rates, which the softness of planes near their limit raises
         assert_allclose(curve.void_ratio, void_ratio, rtol=1e-11)
@@ -404,7 +415,7 @@ class TestPaths:
 
     def test_oedometric(self, formulation, void_ratio, fabric):
         """No lateral strain; the void ratio follows the axial one, and stresses grow."""
-        point = rd.ChangHicher(formulation=formulation, fabric=fabric).at(P, void_ratio)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric).at(P, void_ratio)
         curve = point.load(rd.paths.oedometric(0.02))
         assert_allclose(curve.eps_2, 0.0, atol=1e-16)
         assert_allclose(curve.eps_3, 0.0, atol=1e-16)
@@ -415,7 +426,7 @@ class TestPaths:
 
     def test_constant_p(self, formulation, void_ratio, fabric):
         """Mean stress constant, lateral stresses equal."""
-        point = rd.ChangHicher(formulation=formulation, fabric=fabric).at(P, void_ratio)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric).at(P, void_ratio)
         curve = point.load(rd.paths.constant_p(0.03))
         assert_allclose(curve.p, P, rtol=1e-13)
         assert_allclose(curve.sigma_2, curve.sigma_3, rtol=1e-13)
@@ -424,7 +435,7 @@ class TestPaths:
     @pytest.mark.parametrize("ratio", [0.8, 1.0, 1.3])
     def test_proportional(self, formulation, void_ratio, fabric, ratio):
         """`d_eps_1 + 2 R d_eps_3 = 0`; R = 1 is the undrained test, to the bit."""
-        sand = rd.ChangHicher(formulation=formulation, fabric=fabric)
+        sand = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric)
         curve = sand.at(P, void_ratio).load(rd.paths.proportional(ratio, 0.015))
         assert_allclose(curve.eps_1 + 2 * ratio * curve.eps_3, 0.0, atol=1e-16)
         undrained = sand.at(P, void_ratio).load(rd.paths.constant_volume(0.015))
@@ -432,7 +443,7 @@ class TestPaths:
 
     def test_isotropic(self, formulation, void_ratio, fabric):
         """Equal stresses all the way, up to the pressure asked for."""
-        point = rd.ChangHicher(formulation=formulation, fabric=fabric).at(P, void_ratio)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric).at(P, void_ratio)
         curve = point.load(rd.paths.isotropic(2 * P))
         assert_allclose(curve.q, 0.0, atol=1e-9 * P)
         assert_allclose(np.diag(point.stress), 2 * P, rtol=1e-13)
@@ -450,7 +461,7 @@ class TestPaths:
 )  # fmt: skip
 def test_paths_end_at_the_axial_strain_they_were_given(path):
     """`until_strain` is axial strain, travelled exactly."""
-    curve = rd.ChangHicher().at(P, 0.9).load(path)
+    curve = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(path)
     assert curve.attrs["stopped_by"] == "strain"
     assert_allclose(abs(curve.eps_1[-1]), 0.02, rtol=1e-10)
 
@@ -458,7 +469,7 @@ def test_paths_end_at_the_axial_strain_they_were_given(path):
 @pytest.mark.parametrize("fabric", [np.diag([0.30, 0.40, 0.30]), np.diag([0.36, 0.36, 0.28])], ids=str)
 def test_strains_are_imposed_whatever_the_fabric(fabric):
     """Also where the planes resist differently along the two lateral axes: undrained, oedometric, probes."""
-    sand = rd.ChangHicher(fabric=fabric)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), fabric=fabric)
     undrained = sand.at(P, 0.9).load(rd.paths.constant_volume(0.005))
     assert_allclose(undrained.eps_2, -0.5 * undrained.eps_1, rtol=0, atol=1e-15)
     oedometric = sand.at(P, 0.9).load(rd.paths.oedometric(0.005))
@@ -469,7 +480,7 @@ def test_strains_are_imposed_whatever_the_fabric(fabric):
 @pytest.mark.parametrize("kind", ["strain", "stress"])
 def test_probes_impose_what_they_say(kind):
     """Every increment is reached, and marks on the way are its parts, in every direction around."""
-    point = rd.ChangHicher().at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.6))
     norms = np.array([1e-6, 1e-5] if kind == "strain" else [1e2, 1e3])
     around = rd.directions.rendulic(step=15)
@@ -492,7 +503,7 @@ def test_directions_next_to_isotropic_strain(formulation, offset):
     It departs from it by no more than the shear strain does, and probes impose what they say.
     """
     for alpha in (ISOTROPIC_COMPRESSION, ISOTROPIC_COMPRESSION + 180.0):
-        point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
+        point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9)
         directions = [increment_along(alpha + own) for own in (0.0, offset)]
         mean, near = (tangent(point, d).stiffness[:3, :3] @ d for d in directions)
         assert_allclose(near, mean, rtol=0, atol=5.0 * np.radians(abs(offset)) * np.abs(mean).max())
@@ -502,7 +513,7 @@ def test_directions_next_to_isotropic_strain(formulation, offset):
 
 def test_stress_probes_undo_strain_probes():
     """The stress that a strain probe gave, imposed, gives that strain, where all is stable."""
-    point = rd.ChangHicher().at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.5))
     for alpha in (20.0, 90.0, 125.0, 200.0, 300.0):
         by_strain, by_stress = point.clone(), point.clone()
@@ -518,7 +529,7 @@ def test_controlled_in_q_an_undrained_test_ends_at_the_peak(formulation):
     To 1e-7, after steps of a tolerance of 1e-8: the determinant of the controlled problem vanishes there, the paper's
     loss of controllability.
     """
-    sand = rd.ChangHicher(formulation=formulation)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation)
     reference = sand.at(P, 0.9).load(rd.paths.constant_volume(0.05))
     control = rd.Control.of_strains(AXIAL_UNDRAINED, ("stress", "strain", "strain"))
     assert_allclose(control.stress_basis[0], [1.0, -0.5, -0.5], atol=1e-15)
@@ -536,7 +547,7 @@ def test_controlled_in_q_an_undrained_test_ends_at_the_peak(formulation):
 def test_controlled_in_q_the_stable_branch_is_the_same():
     """Up to 0.9 of the peak the two ways of driving an undrained test give one curve, to the tolerance of the steps."""
     control = rd.Control.of_strains(AXIAL_UNDRAINED, ("stress", "strain", "strain"))
-    point, other = (rd.ChangHicher().at(P, 0.9) for _ in range(2))
+    point, other = (rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9) for _ in range(2))
     point.load(Path("q imposed", control, stress=(170e3, None, None)))
     other.load(rd.paths.constant_volume(float(point.strain[0, 0])))
     assert_allclose(np.diag(other.stress), np.diag(point.stress), rtol=1e-12)
@@ -546,7 +557,7 @@ def test_controlled_in_q_the_stable_branch_is_the_same():
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_stress_ratio_is_reached_exactly(formulation, until_strain):
     """`until_eta` stops at the ratio to 1e-9, from below and above, however long the path could have been."""
-    point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9)
     for eta, extension in ((0.5, False), (0.6, False), (0.3, True), (0.8, False), (-0.2, True)):
         path = rd.paths.drained_triaxial(until_strain, until_eta=eta, extension=extension)
         curve = point.load(path)
@@ -560,14 +571,14 @@ def test_a_stress_ratio_is_reached_exactly(formulation, until_strain):
 
 def test_a_peak_is_passed_by_its_drop():
     """`until_peak` stops where q has fallen by 5 % of its largest change."""
-    curve = rd.ChangHicher().at(P, 0.9).load(rd.paths.constant_volume(0.3, until_peak=True))
+    curve = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(rd.paths.constant_volume(0.3, until_peak=True))
     assert curve.attrs["stopped_by"] == "peak"
     assert_allclose(curve.q[-1], 0.95 * of_kind(curve, "q_peak", "q")[0], rtol=1e-3)
 
 
 def test_held_stresses_are_brought_to_their_value_first():
     """A lateral stress other than the present one is ramped at rest of the axial strain, then held."""
-    point = rd.ChangHicher().at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     curve = point.load(rd.paths.drained_triaxial(0.01, lateral_stress=1.2 * P))
     assert_allclose(curve.sigma_3[-1], 1.2 * P, rtol=1e-12)
     ramp = curve.sigma_3 < 1.2 * P * (1 - 1e-12)
@@ -610,7 +621,7 @@ _PROBED = {}
 def state(name):
     """The point at the end of its path."""
     formulation, void_ratio, path = STATES[name]
-    point = rd.ChangHicher(formulation=formulation).at(P, void_ratio)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, void_ratio)
     point.load(path)
     return point
 
@@ -659,7 +670,7 @@ def test_cone_opens_in_the_papers_quadrant():
     """
     openings = []
     for eta in (0.3, 0.6, 0.95, 1.0, 1.05):
-        loose, dense = (rd.ChangHicher().at(P, void_ratio) for void_ratio in (0.90, 0.60))
+        loose, dense = (rd.ChangHicher(rule=bazant_oh_37()).at(P, void_ratio) for void_ratio in (0.90, 0.60))
         for point in (loose, dense):
             point.load(drained(eta))
         assert rd.instability_cone(dense, rd.directions.rendulic(step=2), norm=1e-8).is_empty
@@ -674,7 +685,7 @@ def test_cone_opens_in_the_papers_quadrant():
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_curve_says_what_the_tangent_says(formulation, strain):
     """Hill's eigenvalue, determinant and W2 on record are those of the tangent along the undrained strain rate."""
-    point = rd.ChangHicher(formulation=formulation).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, 0.9)
     rate = np.array([1.0, -0.5, -0.5])
     first = np.linalg.det(tangent(point, rate).stiffness)
     curve = point.load(rd.paths.constant_volume(strain))
@@ -687,10 +698,10 @@ def test_a_curve_says_what_the_tangent_says(formulation, strain):
 
 def test_undrained_direction_enters_the_cone_at_the_peak():
     """Before the peak of q the isochoric direction is outside the cone, after it inside."""
-    reference = rd.ChangHicher().at(P, 0.9).load(rd.paths.constant_volume(0.02))
+    reference = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(rd.paths.constant_volume(0.02))
     peak = float(of_kind(reference, "q_peak", "eps_1")[0])
     for share, is_inside in ((0.995, False), (1.005, True)):
-        point = rd.ChangHicher().at(P, 0.9)
+        point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
         point.load(rd.paths.constant_volume(share * peak))
         sectors = closed_form_cone(point)
         assert any(a < ISOCHORIC_COMPRESSION < b for a, b in sectors) == is_inside
@@ -698,7 +709,7 @@ def test_undrained_direction_enters_the_cone_at_the_peak():
 
 def test_no_cone_in_elastic_states():
     """Neither in a virgin isotropic state, nor after a little unloading of a state that has one."""
-    virgin = rd.ChangHicher().at(P, 0.9)
+    virgin = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     unloaded = state("consistent 0.9 drained 1.05")
     assert not rd.instability_cone(unloaded, norm=1e-8).is_empty
     unloaded.load(rd.paths.drained_triaxial(1e-4, extension=True))

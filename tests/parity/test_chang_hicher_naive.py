@@ -227,7 +227,7 @@ def test_rates_are_the_definitions(formulation, path, fabric, material):
     rounding has no bound. Multipliers of loading planes are positive.
     """
     followed, control = path
-    sand = rd.ChangHicher(formulation=formulation, fabric=fabric, **material)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=fabric, **material)
     naive = naive_of(sand, 0.9)
     record, planes = records(sand, 0.9, followed)
     assert float(record["stress"][:, 0].max()) > 1.1 * P
@@ -259,7 +259,7 @@ def test_rates_are_the_definitions(formulation, path, fabric, material):
 @pytest.mark.parametrize("formulation", ["printed", "eq32", "consistent"])
 def test_local_strains_are_the_definitions(formulation):
     """Displacements of every plane, over l, are what the strain of a path adds up to (Eq. 21)."""
-    sand = rd.ChangHicher(formulation=formulation)
+    sand = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation)
     point = sand.at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.02))
     normal, shear = point.plane_strain[:, :1], point.plane_strain[:, 1:]
@@ -275,7 +275,7 @@ def test_unloaded_planes_stay_inside_their_surface():
 
     The sliding is that of the definition at the record where they unloaded.
     """
-    sand = rd.ChangHicher()
+    sand = rd.ChangHicher(rule=bazant_oh_37())
     naive = naive_of(sand, 0.9)
     record, planes = records(sand, 0.9, rd.paths.constant_volume(0.06))
     loading = planes["is_loading"] > 0.5
@@ -295,7 +295,7 @@ def test_unloaded_planes_stay_inside_their_surface():
 @pytest.mark.parametrize("alpha", [80.0, 110.0, 125.0, 150.0, 250.0, 300.0])
 def test_tangent_is_the_definitions(formulation, alpha):
     """`tangent` in a direction of strain gives the stress rate of the dense system with these loading planes."""
-    sand = rd.ChangHicher(formulation=formulation, fabric=FABRICS["inclined"])
+    sand = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, fabric=FABRICS["inclined"])
     point = sand.at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.7))
     direction = increment_along(alpha)
@@ -314,7 +314,7 @@ def test_tangent_is_the_definitions(formulation, alpha):
 
 def test_loading_set_is_the_only_consistent_one():
     """A plane that does not load would have a negative multiplier if it did, at every direction around."""
-    sand = rd.ChangHicher()
+    sand = rd.ChangHicher(rule=bazant_oh_37())
     point = sand.at(P, 0.9)
     point.load(rd.paths.drained_triaxial(0.3, until_eta=0.6))
     naive = naive_of(sand, 0.9)
@@ -378,7 +378,7 @@ def integrated(naive, sigma, eps, loading, steps, strain=0.008):
 def test_the_definition_knows_its_planes():
     """The reference itself: its forces carry the stress (Love-Weber), its contacts number as they should."""
     naive = Naive(bazant_oh_37().normals, bazant_oh_37().weights, FABRICS["inclined"], "consistent", 0.9,
-                  dict(rd.ChangHicher().parameters) | {"tan_phi_0": 0.65})  # fmt: skip
+                  dict(rd.ChangHicher(rule=bazant_oh_37()).parameters) | {"tan_phi_0": 0.65})  # fmt: skip
     sigma = np.array([[4.0, 0.3, 0.1], [0.3, 3.0, -0.2], [0.1, -0.2, 2.5]]) * 1e5
     force = naive.local_state(sigma, np.zeros((3, 3)))["force"]
     branch = naive.own["branch_length"] * naive.normals

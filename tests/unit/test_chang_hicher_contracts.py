@@ -37,7 +37,7 @@ NAN = float("nan")
 @pytest.fixture
 def point():
     """Hostun sand at 300 kPa, virgin."""
-    return rd.ChangHicher().at(P, 0.9)
+    return rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
 
 
 # --- states --------------------------------------------------------------------------------------------
@@ -64,7 +64,7 @@ def point():
 def test_states_refused(given, words):
     """Void ratio and pressure out of range, both or neither of pressure and stress, no critical void ratio."""
     with pytest.raises(InvalidInput, match=words):
-        rd.ChangHicher().at(**({"pressure": P, "void_ratio": 0.9} | given))
+        rd.ChangHicher(rule=bazant_oh_37()).at(**({"pressure": P, "void_ratio": 0.9} | given))
 
 
 @pytest.mark.parametrize(
@@ -83,15 +83,15 @@ def test_states_refused(given, words):
 def test_stresses_refused(stress, words):
     """What planes cannot carry, and what is no stress."""
     with pytest.raises(InvalidInput, match=words):
-        rd.ChangHicher().at(stress=stress, void_ratio=0.9)
+        rd.ChangHicher(rule=bazant_oh_37()).at(stress=stress, void_ratio=0.9)
 
 
 def test_a_dense_sand_carries_more():
     """The same stress is beyond the friction of loose planes and within that of dense ones."""
     stress = np.diag([560e3, 140e3, 140e3])
     with pytest.raises(InvalidInput, match="beyond its peak friction"):
-        rd.ChangHicher().at(stress=stress, void_ratio=0.95)
-    assert_allclose(rd.ChangHicher().at(stress=stress, void_ratio=0.55).stress, stress, rtol=1e-15)
+        rd.ChangHicher(rule=bazant_oh_37()).at(stress=stress, void_ratio=0.95)
+    assert_allclose(rd.ChangHicher(rule=bazant_oh_37()).at(stress=stress, void_ratio=0.55).stress, stress, rtol=1e-15)
 
 
 # --- parameters ----------------------------------------------------------------------------------------
@@ -126,7 +126,7 @@ def test_a_dense_sand_carries_more():
 def test_parameters_refused(parameters, words):
     """Unknown names with the nearest valid one, values with the range that they are out of."""
     with pytest.raises(InvalidInput, match=words):
-        rd.ChangHicher(**parameters)
+        rd.ChangHicher(rule=bazant_oh_37(), **parameters)
 
 
 @pytest.mark.parametrize("formulation", plane_law.FORMULATIONS)
@@ -135,10 +135,10 @@ def test_stiffness_that_snaps_back_is_refused(formulation):
     own = {"dilatancy": 3.0, "formulation": formulation}
     words = r"k_rR = 0.05 is too small: B > 0 .*k_rR > D\^2 t\^4 / \(4 \(k_pR \+ D t\^2\)\).*raise k_rR"
     with pytest.raises(InvalidInput, match=words) as refusal:
-        rd.ChangHicher(k_rR=0.05, **own)
+        rd.ChangHicher(rule=bazant_oh_37(), k_rR=0.05, **own)
     bound = float(re.search(r"needs k_rR > ([0-9.]+) with", str(refusal.value))[1])
     assert 0.05 < bound <= plane_law.least_shear_ratio(1.0, 3.0, 0.65) * 1.001
-    assert rd.ChangHicher(k_rR=1.001 * bound, **own).parameters.k_rR > bound
+    assert rd.ChangHicher(rule=bazant_oh_37(), k_rR=1.001 * bound, **own).parameters.k_rR > bound
 
 
 @pytest.mark.parametrize("formulation", plane_law.FORMULATIONS)
@@ -149,7 +149,7 @@ def test_admitted_states_never_snap_back(formulation, void_ratio):
     for k_r, k_p, factor in [(0.02, 0.5, 9.0), (0.05, 0.5, 1.0), (0.15, 0.5, 2.0), (0.22, 1.0, 3.0), (0.37, 1.0, 5.0), (0.57, 2.0, 8.0),
                              (0.40, 1.0, 1.0), (1.20, 1.0, 8.0)]:  # fmt: skip
         try:
-            own = rd.ChangHicher(formulation=formulation, k_rR=k_r, k_pR=k_p, dilatancy=factor)
+            own = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, k_rR=k_r, k_pR=k_p, dilatancy=factor)
             own.at(P, void_ratio)
         except InvalidInput:
             continue
@@ -180,7 +180,7 @@ def test_admitted_states_never_snap_back(formulation, void_ratio):
 def test_models_refused(options, words):
     """Unknown formulations, and fabrics that no packing has."""
     with pytest.raises(InvalidInput, match=words):
-        rd.ChangHicher(**options)
+        rd.ChangHicher(rule=bazant_oh_37(), **options)
 
 
 @pytest.mark.parametrize("make", [material, rd.ChangHicher.preset])
@@ -211,7 +211,7 @@ def test_presets_are_the_papers():
     assert (base.k_n0, base.k_rR, base.k_pR, base.dilatancy, base.tan_phi_mu) == (15e3, 0.5, 1.0, 1.0, 0.65)
     changed = rd.ChangHicher.preset("fig6_base", k_pR=2.0, formulation="printed")
     assert (changed.parameters.k_pR, changed.parameters.k_rR, changed.formulation) == (2.0, 0.5, "printed")
-    assert rd.ChangHicher(**sand).parameters == sand
+    assert rd.ChangHicher(rule=bazant_oh_37(), **sand).parameters == sand
 
 
 # --- sphere rules --------------------------------------------------------------------------------------
@@ -321,7 +321,7 @@ def test_impossible_controls_are_told(point):
 )
 def test_why_paths_stop(formulation, void_ratio, path, reason):
     """`stopped_by` says it, the state where it stopped is finite, admissible, and the last on record."""
-    point = rd.ChangHicher(formulation=formulation).at(P, void_ratio)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation).at(P, void_ratio)
     curve = point.load(path)
     assert curve.attrs["stopped_by"] == reason
     assert_allclose(np.diag(point.stress), [curve[f"sigma_{k}"][-1] for k in (1, 2, 3)], rtol=0, atol=0)
@@ -333,7 +333,7 @@ def test_why_paths_stop(formulation, void_ratio, path, reason):
 
 def test_at_the_plastic_limit_a_plane_is_there():
     """`eq32` stops where x is 1 to 1e-6, where the determinant of that plane's K vanishes; `consistent` goes on."""
-    point = rd.ChangHicher(formulation="eq32").at(P, 0.55)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation="eq32").at(P, 0.55)
     curve = point.load(rd.paths.drained_triaxial(0.3))
     assert_allclose(curve.x_plane[-1].max(), 1.0, rtol=0, atol=1.1e-6)
     assert float(curve.eps_1[-1]) < 0.29
@@ -342,7 +342,7 @@ def test_at_the_plastic_limit_a_plane_is_there():
 
 def test_no_stress_left_is_said_of_a_plane():
     """The path ends where some plane has lost nearly all of its normal stress, and others have not."""
-    point = rd.ChangHicher().at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     point.load(rd.paths.oedometric(0.1, extension=True))
     assert 0.0 < point.planes()["sigma"].min() < 2e-3 * P
     assert point.planes()["sigma"].max() > 1.5 * point.planes()["sigma"].min()
@@ -350,7 +350,7 @@ def test_no_stress_left_is_said_of_a_plane():
 
 def test_a_void_ratio_never_vanishes():
     """Crushed towards no voids the contacts stiffen without end: the path stops, with a reason, before e = 0."""
-    point = rd.ChangHicher().at(P, 0.10)
+    point = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.10)
     curve = point.load(rd.paths.isotropic(8e8), least_records=1, tolerance=1e-4)
     assert curve.attrs["stopped_by"] == "no voids left"
     # the root of that, as exact as that of any event
@@ -361,7 +361,7 @@ def test_a_void_ratio_never_vanishes():
 @pytest.mark.parametrize("formulation", ["consistent", "eq32", "printed"])
 def test_a_critical_void_ratio_that_vanishes_is_the_cause(formulation):
     """Beyond the mean stress where Eq. 34 is zero there is no friction: the path says so, and where it is."""
-    point = rd.ChangHicher(formulation=formulation, critical_slope=0.6).at(P, 0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), formulation=formulation, critical_slope=0.6).at(P, 0.9)
     curve = point.load(rd.paths.isotropic(1e6))
     assert curve.attrs["stopped_by"] == "no critical void ratio left"
     # e_c = 1 - 0.6 log10(p / 10 kPa) = 0.001
@@ -419,7 +419,7 @@ def test_steps_of_a_disturbance_do_not_matter(point):
 
 def test_a_stress_that_cannot_be_carried_is_not_reached():
     """A stress probe beyond the loose sand's strength stops on the way; the dataset says so, marks are called."""
-    own = rd.ChangHicher().at(P, 0.9)
+    own = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9)
     own.load(rd.paths.constant_volume(0.03))
     probes = rd.probe(own, rd.directions.axisymmetric([90.0, 215.26]), [1e3, 1e6], kind="stress")
     assert probes.is_reached.sel(alpha=90.0).values.tolist()[-1] is False
@@ -521,19 +521,19 @@ def test_batches_say_where_they_stopped():
 
 def without(name):
     """A state that lacks an array."""
-    state = rd.ChangHicher().at(P, 0.9).save()
+    state = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).save()
     return rd.State(state.kind, {key: value for key, value in state.arrays.items() if key != name}, state.attributes)
 
 
 def replaced(name, value):
     """A state with another array."""
-    state = rd.ChangHicher().at(P, 0.9).save()
+    state = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).save()
     return rd.State(state.kind, state.arrays | {name: value}, state.attributes)
 
 
 def said(**attributes):
     """A state with other attributes."""
-    state = rd.ChangHicher().at(P, 0.9).save()
+    state = rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).save()
     return rd.State(state.kind, state.arrays, state.attributes | attributes)
 
 
@@ -583,7 +583,7 @@ def test_inputs_are_unchanged():
     increment, direction = np.array([1e-5, 0.0, 0.0]), np.array([1.0, -0.5, -0.5])
     samples = {"k_pR": np.array([1.0, 2.0])}
     kept = [np.copy(array) for array in (fabric, stress, increment, direction, samples["k_pR"])]
-    point = rd.ChangHicher(fabric=fabric).at(stress=stress, void_ratio=0.9)
+    point = rd.ChangHicher(rule=bazant_oh_37(), fabric=fabric).at(stress=stress, void_ratio=0.9)
     point.probe(increment)
     tangent(point, direction)
     load_many(samples, UNDRAINED, n_records=5, fabric=fabric)
@@ -599,11 +599,15 @@ def test_inputs_are_unchanged():
 # --- datasets ------------------------------------------------------------------------------------------
 
 DATASETS = {
-    "undrained": lambda: rd.ChangHicher().at(P, 0.9).load(rd.paths.constant_volume(0.05)),
-    "no events": lambda: rd.ChangHicher().at(P, 0.9).load(rd.paths.isotropic(2 * P)),
-    "two legs": lambda: rd.ChangHicher().at(P, 0.9).load(rd.paths.drained_triaxial(0.01, lateral_stress=2e5)),
+    "undrained": lambda: rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(rd.paths.constant_volume(0.05)),
+    "no events": lambda: rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(rd.paths.isotropic(2 * P)),
+    "two legs": lambda: (
+        rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9).load(rd.paths.drained_triaxial(0.01, lateral_stress=2e5))
+    ),
     "batch": lambda: load_many({"k_pR": [1.0, 2.0]}, rd.paths.constant_volume(0.02), n_records=11),
-    "probes": lambda: rd.probe(rd.ChangHicher().at(P, 0.9), rd.directions.rendulic(step=60), norm=[1e-6, 1e-5]),
+    "probes": lambda: rd.probe(
+        rd.ChangHicher(rule=bazant_oh_37()).at(P, 0.9), rd.directions.rendulic(step=60), norm=[1e-6, 1e-5]
+    ),
 }
 
 
@@ -737,6 +741,6 @@ def test_cones_refuse(options, words):
 def test_states_of_points_are_told_in_their_repr(point):
     """Stress in kPa, void ratio, and what of the sand is not the default."""
     assert repr(point).startswith("MaterialPoint(stress=(300.0, 300.0, 300.0) kPa, void_ratio=0.9000, ChangHicher(")
-    assert "k_pR=0.7" in repr(rd.ChangHicher(k_pR=0.7))
+    assert "k_pR=0.7" in repr(rd.ChangHicher(rule=bazant_oh_37(), k_pR=0.7))
     assert isinstance(point, MaterialPoint)
     assert closed_form_cone(point) == []

@@ -22,7 +22,7 @@ class ChangHicher(PlaneModel):
     Parameters
     ----------
     rule : SphereRule, optional
-        The planes; the 37 of Bazant and Oh by default, `lebedev(degree)` for more.
+        The planes; the 295 of `lebedev(41)` by default, `bazant_oh_37()` for those of the paper.
     fabric : (3, 3) array, optional
         `<n n>` of the contacts, of trace 1; isotropic by default.
     formulation : {"consistent", "eq32", "printed"}

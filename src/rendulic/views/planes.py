@@ -22,14 +22,16 @@ if TYPE_CHECKING:
 __all__ = ["STUDY_FIGURES", "PlanePaths", "PlaneWork", "PlanesView", "plane_paths", "plane_work", "planes"]
 
 PATHS = (
-    "Local stress paths, shear against normal stress, of one plane of every inclination to the axis. Full dots are where the "
-    "second-order work of the assembly vanishes, open ones where that of the plane does."
+    "Local stress paths, shear against normal stress, of one plane of every inclination to the axis (of many, those next to "
+    "the paper's). Full dots are where the second-order work of the assembly vanishes, open ones where that of the plane does."
 )
 WORK = (
-    "Normalised second-order work of one plane of every inclination along the path; red where it is negative. Dots are where "
-    "the assembly loses second-order work."
+    "Normalised second-order work of one plane of every inclination (of many, those next to the paper's) along the path; red "
+    "where it is negative. Dots are where the assembly loses second-order work."
 )
 SPHERE = "Contact planes at their normals (each at both ends) on the unit sphere, axis 1 upward, as the test goes on."
+MOST_INCLINATIONS = 12  # that one figure can show
+PAPER = (18.0, 28.3, 45.0, 54.7, 70.4, 72.0)  # degrees
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,12 +50,14 @@ class PlanesView(View):
     def representatives(self) -> dict[float, int]:
         """One plane for every inclination to the axis other than 0 and 90 degrees: {inclination: plane}.
 
-        In an axisymmetric test all planes of one inclination respond alike.
+        In an axisymmetric test all planes of one inclination respond alike. Of sphere rules with many inclinations those
+        nearest to the six of the paper.
         """
         angles = np.round(self.curve.inclination.values, 1)
-        return {
-            float(angle): int(np.flatnonzero(angles == angle)[0]) for angle in np.unique(angles) if 0.0 < angle < 90.0
-        }
+        every = [float(angle) for angle in np.unique(angles) if 0.0 < angle < 90.0]
+        if len(every) > MOST_INCLINATIONS:
+            every = sorted({every[int(np.abs(np.array(every) - wanted).argmin())] for wanted in PAPER})
+        return {angle: int(np.flatnonzero(angles == angle)[0]) for angle in every}
 
     def first(self, kind: str, plane: int) -> float | None:
         """Axial strain of the first event of a kind on a plane (-1: the assembly)."""

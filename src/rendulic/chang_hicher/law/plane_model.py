@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Final, Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from rendulic.chang_hicher.law.planes import GENERAL, PlaneGeometry, Planes
 from rendulic.foundation.checks import finite_array
 from rendulic.foundation.errors import InvalidInput, one_of
 from rendulic.foundation.validation import validated
-from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37
+from rendulic.tensors.sphere_rules import DEFAULT_DEGREE, SphereRule, lebedev
 
 __all__ = ["DEFAULT_FORMULATION", "PlaneModel"]
 
@@ -44,9 +45,11 @@ class PlaneModel:
         if not isinstance(rule, SphereRule | None):
             raise InvalidInput(f"rule must be a SphereRule, as bazant_oh_37() or lebedev(29), got {rule!r}")
         check_denominator(self.parameters, self.formulation, self.parameters.tan_phi_mu)
-        self.rule = bazant_oh_37() if rule is None else rule
+        self.rule = lebedev(DEFAULT_DEGREE) if rule is None else rule
         self.fabric = None if fabric is None else finite_array("fabric", fabric, (3, 3))
-        self.geometry = PlaneGeometry(self.rule, self.fabric)
+        self.geometry = (
+            _default_geometry() if rule is None and fabric is None else PlaneGeometry(self.rule, self.fabric)
+        )
         self.planes = self.geometry.planes(self.parameters.k_rR)
 
     def __repr__(self) -> str:
@@ -102,6 +105,12 @@ class PlaneModel:
         object.__setattr__(rule, "normals", normals)
         object.__setattr__(rule, "weights", arrays["plane_weights"].copy())
         return PlaneModel(rule, arrays.get("fabric"), attributes["formulation"], attributes["parameters"])
+
+
+@cache
+def _default_geometry() -> PlaneGeometry:
+    """That of the default rule and an isotropic fabric: made once."""
+    return PlaneGeometry(lebedev(DEFAULT_DEGREE), None)
 
 
 def _checked(parameters: Mapping[str, Any]) -> Parameters:

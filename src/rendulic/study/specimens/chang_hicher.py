@@ -18,7 +18,7 @@ from rendulic.study.ids import SampleId
 from rendulic.study.specimens.section import SpecimenSection
 from rendulic.study.task import How, Parts, Task
 from rendulic.study.values import VoidRatios
-from rendulic.tensors.sphere_rules import SphereRule, bazant_oh_37, lebedev
+from rendulic.tensors.sphere_rules import DEFAULT_DEGREE, SphereRule, bazant_oh_37, lebedev
 
 __all__ = ["LoadSand", "MakeSand", "SandSpecimen", "sphere_rule"]
 
@@ -40,7 +40,9 @@ class SandMaterial(Section):
 
     material: Parameters = Field(Parameters(), description="values of its own, instead of the preset's")
     formulation: Formulation = Field(DEFAULT_FORMULATION, description="of the plane law: consistent, eq32 or printed")
-    sphere_rule: str = Field("bazant_oh_37", description="bazant_oh_37, or lebedev_DEGREE")
+    sphere_rule: str = Field(
+        f"lebedev_{DEFAULT_DEGREE}", description="lebedev_DEGREE, or bazant_oh_37, that of the paper"
+    )
 
     @field_validator("sphere_rule")
     @classmethod
