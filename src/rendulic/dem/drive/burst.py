@@ -15,7 +15,7 @@ import numpy as np
 from rendulic.dem.drive.held_motion import HeldMotion
 from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK
 from rendulic.dem.drive.servo import drive_for
-from rendulic.dem.drive.settling import SETTLED, SETTLING_DAMPING, is_settled, looks
+from rendulic.dem.drive.settling import SETTLED, SETTLING_DAMPING, looks, stands_still
 from rendulic.dem.drive.stepping import advance
 from rendulic.dem.drive.time_step import renew_time_step
 from rendulic.dem.kernels.arrays import Drive
@@ -147,7 +147,7 @@ class _Watch:
         """The walls held until the grains are at rest, as after a probe."""
         own, self.assembly.damping = self.assembly.damping, SETTLING_DAMPING
         still, steps, due = self.drive("strain"), 0, 0.0
-        while not is_settled(self.assembly) and steps < SETTLING_STEPS:
+        while not stands_still(self.assembly) and steps < SETTLING_STEPS:
             steps += STEPS_PER_LOOK
             self.move(STEPS_PER_LOOK, still, DISTURBED if steps >= due else None)
             due = due if steps < due else 1.3 * steps
@@ -190,7 +190,7 @@ class _Watch:
 
     def is_calm(self) -> bool:
         """Whether the grains are at rest. Rattlers are stopped only near rest, so that no motion is braked by being looked at."""
-        return unbalanced_force(self.assembly) <= 10.0 * SETTLED and is_settled(self.assembly)
+        return unbalanced_force(self.assembly) <= 10.0 * SETTLED and stands_still(self.assembly)
 
     def look(self, at_rest: bool = False) -> None:
         """Let the motion be seen."""

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from rendulic.dem.drive.quasi_static import STEPS_PER_LOOK
-from rendulic.dem.drive.settling import SETTLING_DAMPING, Watch, is_settled, looks
+from rendulic.dem.drive.settling import SETTLING_DAMPING, Watch, looks, stands_still
 from rendulic.dem.kernels.arrays import (
     Contacts,
     Grains,
@@ -251,7 +251,7 @@ def _settled(lanes: Lanes[AnyAssembly], max_steps: int) -> list[tuple[AnyAssembl
         moving = []
         for place, lane in enumerate(left):
             one = held.assembly(place)
-            if is_settled(one) or done >= max_steps:
+            if stands_still(one) or done >= max_steps:
                 found[lane] = one, done
             else:
                 held.stop_rattlers(place, one)

@@ -15,7 +15,7 @@ from rendulic.dem.measure.equilibrium import unbalanced_force
 from rendulic.dem.state.assembly_state import AssemblyState, copy_of
 from rendulic.specimen.way import Way
 
-__all__ = ["SETTLED", "SETTLING_DAMPING", "Watch", "is_settled", "looks", "settled_copy"]
+__all__ = ["SETTLED", "SETTLING_DAMPING", "Watch", "looks", "settled_copy", "stands_still"]
 
 AnyAssembly = TypeVar("AnyAssembly", bound=AssemblyState)
 
@@ -25,10 +25,11 @@ SETTLED = 1e-5
 SETTLING_DAMPING = QuasiStatic.damping
 
 
-def is_settled(assembly: AssemblyState) -> bool:
-    """Whether the grains are at rest; rattlers, which nothing would ever stop, are stopped first."""
+def stands_still(assembly: AssemblyState) -> bool:
+    """Whether the grains are at rest, or none touches another; rattlers, which nothing would ever stop, are stopped first."""
     stop_rattlers(assembly)
-    return unbalanced_force(assembly) <= SETTLED
+    unbalanced = unbalanced_force(assembly)
+    return unbalanced <= SETTLED or not np.isfinite(unbalanced)
 
 
 def settled_copy(assembly: AnyAssembly, max_steps: int) -> tuple[AnyAssembly, int]:
@@ -38,7 +39,7 @@ def settled_copy(assembly: AnyAssembly, max_steps: int) -> tuple[AnyAssembly, in
     """
     one, done = copy_of(assembly), 0
     drive = drive_for(one, hold("strain"), (None,) * 3, np.zeros(3), 1.0)
-    while max_steps and not is_settled(one) and done < max_steps:
+    while max_steps and not stands_still(one) and done < max_steps:
         advance(one, STEPS_PER_LOOK, drive, SETTLING_DAMPING)
         done += STEPS_PER_LOOK
     return one, done
