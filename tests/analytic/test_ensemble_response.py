@@ -248,6 +248,18 @@ def test_with_few_specimens_no_sign_is_sure():
     assert alone.possible_opening == 360.0
 
 
+def test_means_of_fast_probes_are_not_sure():
+    """A quarter of them is let pass, more are not, and it is told where; the cone of the mean stays, the sure one goes."""
+    own = specimens(Gaussian(-0.3), 12, 1)
+    for count, is_sure in ((3, True), (4, False)):
+        fast = [one.assign(is_too_fast=("alpha", np.full(len(ALPHA), k < count))) for k, one in enumerate(own)]
+        found = rd.ensemble_response(fast, **QUICK)
+        assert bool(found.is_significant.any()) == is_sure
+        assert bool(found.sure_opening > 0.0) == is_sure
+        assert ("no sign is called sure: probe more slowly" in found.told_of_all) != is_sure
+        assert found.opening > 0.0
+
+
 def test_what_nobody_showed_may_still_be():
     """(1 - p)^n = 5 %: the largest share of collapses that n specimens can all have missed."""
     found = rd.ensemble_response(specimens(Gaussian(), 16, 0), **QUICK)
@@ -321,12 +333,12 @@ def test_both_intervals_agree_about_the_sign():
 def test_probes_of_a_model_and_of_stress_make_an_ensemble_too():
     """Sands that differ a little: stress probes average the strain."""
     sands = [rd.ChangHicher().at(pressure=p, void_ratio=0.9) for p in np.linspace(290e3, 310e3, 8)]
-    probes = [rd.probe(sand, rd.directions.rendulic(30), 10.0, 1, kind="stress") for sand in sands]
+    probes = [rd.probe(sand, rd.directions.rendulic(30), 10.0, kind="stress") for sand in sands]
     found = rd.ensemble_response(probes, **QUICK)
     assert found.attrs["kind"] == "stress"
     assert_allclose(found.d_eps, np.mean([one.d_eps.values for one in probes], axis=0))
     assert bool((found.is_significant & (found.w2_macro > 0.0)).all())
-    sphere = [rd.probe(sand, rd.directions.sphere(20), 1e-6, 1) for sand in sands]
+    sphere = [rd.probe(sand, rd.directions.sphere(20), 1e-6) for sand in sands]
     around_it = rd.ensemble_response(sphere, **QUICK)
     assert around_it.w2_macro.dims == ("direction",)
     assert "sure_opening" not in around_it

@@ -23,6 +23,7 @@ __all__ = ["FEW", "QUANTILES", "ensemble_response"]
 
 FEW = 8  # specimens: with fewer no sign is called sure, as intervals then miss more often than they say
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+MOST_TOO_FAST = 0.25  # of the probes in a direction: with more, the mean is that of fast probes, and no sign is sure
 WIDEST = 60.0  # degrees between directions that go all around
 ALIKE = 1e-9  # relative difference of norms and directions that are the same
 # errors that differ from specimen to specimen without a common cause; the second, how much W2 changes with a little more strain, is
@@ -57,7 +58,7 @@ def ensemble_response(probes: Given, *, confidence: float = 0.95, n_resamples: i
 
         - `d_sigma`, `d_eps` of the mean response, `w2_macro` and `w2_normalised` of it, each with `..._lower` and
           `..._upper`; `w2_error`, the part of the interval that comes from within the specimens. `is_significant`
-          where the interval has zero outside, and there are eight specimens at least.
+          where the interval has zero outside, there are eight specimens at least, and at most a quarter were too fast.
         - `negative_share` of specimens with W2 < 0 with its bounds (Wilson); `w2_normalised_quantiles` of the specimens,
           and `w2_normalised_of` each.
         - How much one specimen rules the mean: `largest_share` is the largest |W2| of one specimen over the sum of all
@@ -87,7 +88,7 @@ def ensemble_response(probes: Given, *, confidence: float = 0.95, n_resamples: i
     --------
     >>> import rendulic as rd
     >>> sands = (rd.ChangHicher().at(pressure=p, void_ratio=0.9) for p in (299e3, 300e3, 301e3))
-    >>> found = rd.ensemble_response([rd.probe(sand, rd.directions.rendulic(30), 1e-6, 1) for sand in sands])
+    >>> found = rd.ensemble_response([rd.probe(sand, rd.directions.rendulic(30), 1e-6) for sand in sands])
     >>> found.sizes["specimen"], bool(found.is_significant.any())
     (3, False)
     """
@@ -115,13 +116,15 @@ def ensemble_response(probes: Given, *, confidence: float = 0.95, n_resamples: i
     work, w2n = (mean["d_sigma"] * mean["d_eps"]).sum(axis=-1), normalised(mean["d_sigma"], mean["d_eps"])
     each = np.where(there, own.work.reshape(n, -1), np.nan)
     each_w2n = np.where(there, own.w2n.reshape(n, -1), np.nan)
+    numbers = {name: (flags.reshape(n, -1) & there).sum(axis=0) for name, flags in own.flags.items()}
+    can_be_sure = (count >= FEW) & (numbers["n_too_fast"] <= MOST_TOO_FAST * count)
     values = {
         "w2_macro": work, "w2_macro_lower": bounds.work[0], "w2_macro_upper": bounds.work[1], "w2_error": error,
         "w2_normalised": w2n, "w2_normalised_lower": bounds.work_normalised[0], "w2_normalised_upper": bounds.work_normalised[1],
-        "is_significant": ((bounds.work[0] > 0.0) | (bounds.work[1] < 0.0)) & (count >= FEW),
+        "is_significant": ((bounds.work[0] > 0.0) | (bounds.work[1] < 0.0)) & can_be_sure,
         "n_specimens": count, **_shares("negative", (each < 0.0).sum(axis=0), count, confidence),
         **_tails(each, flat[answer_name], there, mean[imposed_name], w2n),
-        **{name: (flags.reshape(n, -1) & there).sum(axis=0) for name, flags in own.flags.items()},
+        **numbers,
     }  # fmt: skip
     variables: dict[str, Any] = {
         name: (dims, value.reshape(shape), _about(name, confidence)) for name, value in values.items()
@@ -147,7 +150,7 @@ def ensemble_response(probes: Given, *, confidence: float = 0.95, n_resamples: i
             "unseen_share": 1.0 - (1.0 - confidence) ** (1.0 / max(int(present.sum()), 1)), "sign": "compression positive",
         },
     )  # fmt: skip
-    cones = _cones(result, bounds.negative, shape)
+    cones = _cones(result, bounds.negative, can_be_sure, shape)
     if cones is not None:
         result = result.merge(cones)
     result.attrs["told_of_all"] = "\n".join(_told(result, own, cones is not None))
@@ -346,7 +349,9 @@ def _tails(
     }  # fmt: skip
 
 
-def _cones(result: xr.Dataset, negative: np.ndarray, shape: tuple[int, ...]) -> xr.Dataset | None:
+def _cones(
+    result: xr.Dataset, negative: np.ndarray, can_be_sure: np.ndarray, shape: tuple[int, ...]
+) -> xr.Dataset | None:
     """The cone at every norm; None if the directions do not go all around the Rendulic plane."""
     import xarray as xr
 
@@ -355,8 +360,8 @@ def _cones(result: xr.Dataset, negative: np.ndarray, shape: tuple[int, ...]) -> 
     names = ("w2_macro", "w2_macro_lower", "w2_macro_upper")
     value, lower, upper = (result[name].values.reshape(-1, shape[-1]) for name in names)
     # what is not sure at all has no bounds
-    few = (result.n_specimens.values < FEW).reshape(value.shape)
-    lower, upper = np.where(few, -np.inf, lower), np.where(few, np.inf, upper)
+    known = can_be_sure.reshape(value.shape)
+    lower, upper = np.where(known, lower, -np.inf), np.where(known, upper, np.inf)
     of = negative.reshape(len(negative), *value.shape)
     cones = [mean_cone(result.alpha.values, value[k], lower[k], upper[k], of[:, k]) for k in range(len(value))]
     outer = shape[:-1]
@@ -451,6 +456,10 @@ def _told(result: xr.Dataset, own: _Together, has_cone: bool) -> list[str]:
     ):  # fmt: skip
         if count := int(result[name].sum()):
             told.append(f"{count} of {probes} probes {words}; they are in the mean.")
+    if bool((result.n_too_fast > MOST_TOO_FAST * result.n_specimens).any()):
+        told.append(
+            f"Where more than {MOST_TOO_FAST:.0%} of the probes were too fast no sign is called sure: probe more slowly."
+        )
     if twins := _twins(own):
         told.append(f"{_named(twins)} give the same response in all directions: is one specimen there twice?")
     if ruled := int(result.is_ruled_by_one.sum()):

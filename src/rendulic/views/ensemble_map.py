@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -56,8 +56,8 @@ class EnsembleMap(View):
     high: float
 
 
-def ensemble_map(responses: Mapping[float, xr.Dataset], title: str = "") -> EnsembleMap:
-    """The map of mean responses by their stress ratio, each of `rd.ensemble_response` at one norm."""
+def ensemble_map(responses: Mapping[float, xr.Dataset], title: str = "", states: Sequence[str] = ()) -> EnsembleMap:
+    """The map of mean responses by their stress ratio, each of `rd.ensemble_response` at one norm; `states` are their names."""
     responses = dict(sorted(responses.items()))
     sure = tuple(_spans(data, "sure_from", "sure_to") for data in responses.values())
     mean = tuple(_spans(data, "sector_from", "sector_to") for data in responses.values())
@@ -70,7 +70,7 @@ def ensemble_map(responses: Mapping[float, xr.Dataset], title: str = "") -> Ense
         title=title,
         caption=CAPTION,
         verdict=_verdict(responses),
-        tables=(ensemble_table({f"η = {eta:g}": data for eta, data in responses.items()}),),
+        tables=(ensemble_table({f"η = {eta:g}": data for eta, data in responses.items()}, states),),
         eta=np.array(list(responses)),
         sure=sure, mean=mean, possible=possible,
         somewhere=np.array([_share(data, "negative_somewhere_share") for data in responses.values()]).T,
@@ -114,7 +114,11 @@ def _title(one: StudyEnsemble, norm: float) -> str:
 
 
 def _of(one: StudyEnsemble, norm: float) -> EnsembleMap:
-    return ensemble_map({eta: data.sel(norm=norm) for eta, data in one.responses.items()}, _title(one, norm))
+    return ensemble_map(
+        {eta: data.sel(norm=norm) for eta, data in one.responses.items()},
+        _title(one, norm),
+        [one.state(eta) for eta in one.responses],
+    )
 
 
 def _map(results: Results) -> dict[str, View]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -171,12 +171,15 @@ def said(data: xr.Dataset) -> str:
         return f"{start}but {count} packings are too few to be sure"
     if mean:
         return f"mean unstable from {mean}, but not surely"
-    unknown = int((data.w2_macro_lower < 0.0).sum())
+    unknown = int((~data.is_significant).sum())
     return f"stable, but not surely in {unknown} of {data.sizes['alpha']} directions" if unknown else "surely stable"
 
 
-def ensemble_table(responses: Mapping[str, xr.Dataset]) -> Table:
-    """One row for each state: the mean at its smallest, what is sure, the share of packings, and what to know."""
+def ensemble_table(responses: Mapping[str, xr.Dataset], states: Sequence[str] = ()) -> Table:
+    """One row for each state: the mean at its smallest, what is sure, the share of packings, and what to know.
+
+    `states` are those that figures show when a row is chosen, if they have other names than the rows.
+    """
     rows, marks = [], list[Mark]()
     for label, data in responses.items():
         work = data.w2_normalised
@@ -195,4 +198,4 @@ def ensemble_table(responses: Mapping[str, xr.Dataset]) -> Table:
             if float(least.w2_macro_lower) < 0.0 or not np.isfinite(least.w2_macro_lower)
             else ""
         )
-    return Table("Mean response of the packings", HEADS, rows, goes_to=list(responses), marks=marks, marked=4)
+    return Table("Mean response of the packings", HEADS, rows, goes_to=list(states or responses), marks=marks, marked=4)
