@@ -1,10 +1,10 @@
-"""The tables and figures of `docs/convergence.md` from the studies of convergence.
+"""The tables and figures of `docs/convergence.md` from the study of convergence.
 
     rendulic run studies/convergence.toml -o build/convergence
-    rendulic run studies/convergence_10000.toml -o build/convergence_10000
-    python studies/convergence.py build/convergence build/convergence_10000
+    python studies/convergence.py build/convergence
 
-writes every probe of the studies to `studies/convergence.csv.gz`; without folders the tables and figures are made from that file.
+writes every probe of the study to `studies/convergence.csv.gz`; without a folder the table and the figures are made from that file. Figures
+are drawn when every set is there.
 """
 
 from __future__ import annotations
@@ -66,12 +66,11 @@ def collected(folders: list[Path]) -> pd.DataFrame:
 
 def compared(data: pd.DataFrame) -> pd.DataFrame:
     """Each set against the slowest: changes of W2n and of signs, by kind of packing and size of the probes."""
-    slowest = data[data["set"] == REFERENCE].set_index(KEYS)
+    slowest = data[data["set"] == REFERENCE]
     rows = []
     for (n, specimen, norm), part in data[data["set"].isin(SETS)].groupby(["n", "specimen", "norm"]):
         for name, (rate, how) in SETS.items():
-            own = part[part["set"] == name].set_index(KEYS)
-            both = own.join(slowest, rsuffix="_slow", how="inner")
+            both = part[part["set"] == name].merge(slowest, on=KEYS, suffixes=("", "_slow"))
             if name == REFERENCE or both.empty:
                 continue
             change = (both.w2n - both.w2n_slow).abs()
@@ -176,7 +175,8 @@ def main(folders: list[str]) -> None:
     text = PAGE.read_text(encoding="utf-8")
     before, after = text.split(START)[0], text.split(END)[1]
     PAGE.write_text(before + tables(data) + after, encoding="utf-8")
-    for name, figure in (("convergence_rate", rate_figure(data)), ("convergence_start", start_figure(data))):
+    draw = {"convergence_rate": rate_figure, "convergence_start": start_figure}
+    for name, figure in ((name, of(data)) for name, of in draw.items() if set(SETS) <= set(data["set"])):
         png, _ = save(figure, ROOT / "build" / "figures", name)
         copyfile(png, PICTURES / png.name)
 
