@@ -11,6 +11,7 @@ import rendulic as rd
 from rendulic.figures.of_study import draw_study
 from rendulic.foundation.errors import InvalidInput
 from rendulic.io.tables import read_dataset
+from rendulic.loading.rate import STRAIN_PER_STEP, steps_to
 from rendulic.study.execution.campaign import results_in, run_study
 from rendulic.study.ids import SampleId
 from rendulic.study.language.study import Study
@@ -43,31 +44,30 @@ def test_presets_load(name):
 
 
 def test_the_paper_preset_is_the_papers():
-    """10 000 spheres, 36 directions, norm 5e-5 in 5 000 steps, damping 0.05."""
+    """10 000 spheres, 36 directions, norm 5e-5 in 5 000 steps (the default rate), damping 0.05."""
     study = preset("paper")
     around = study.sets("probes")["circle"]
     assert study.specimen[0].n_grains == 10000
     assert len(around.directions()) == 36
-    assert (around.norms[0], around.n_steps, around.damping) == (5e-5, 5000, 0.05)
+    assert (around.norms[0], around.rate, around.damping) == (5e-5, None, 0.05)
+    assert steps_to(5e-5, STRAIN_PER_STEP) == 5000
 
 
 @pytest.mark.parametrize("name", PAPER)
-def test_all_probes_of_a_preset_are_equally_fast(name):
-    """Steps per strain are those of Figs. 3 and 4 wherever grains are probed or pushed."""
+def test_probes_of_a_preset_have_the_default_rate(name):
+    """Wherever grains are probed or pushed; but for the large probes of the quick preset, at twice that."""
     study = preset(name)
     grains = {each.name for each in study.specimen if each.kind == "grains"}
-    around, named = study.probes[0], study.sets("cones")
+    named = study.sets("cones")
 
     def of_grains(table):
         chosen = [each if hasattr(each, "specimens") else named[each.cones] for each in sets(study, table)]
         return [each for each, where in zip(sets(study, table), chosen, strict=True) if set(where.specimens) <= grains]
 
-    pace = around.n_steps / around.norms[0]
-    found = [each.n_steps / each.norms[0] for each in of_grains("probes")]
-    found += [each.n_steps / each.sizes[0] for each in of_grains("cones")]
-    found += [each.n_steps / named[each.cones].norm for each in of_grains("bursts")]
+    found = [each.rate for table in ("probes", "cones", "bursts") for each in of_grains(table)]
     assert len(found) >= 5
-    assert found == pytest.approx([pace] * len(found), rel=1e-12)
+    assert found[0] == (2 * STRAIN_PER_STEP if name == "quick" else None)
+    assert set(found[1:]) == {None}
 
 
 def test_another_seed_is_another_packing_of_the_same_recipe():
@@ -180,7 +180,7 @@ def test_batches_are_the_directions_together(done):
     """Probes of several units are those that one call gives, to the bit, labels and all."""
     ((_, at),) = done.results.of("probes")
     sample = done.results.state(at)
-    whole = rd.probe(sample, rd.directions.rendulic(30.0), [5e-5, 1e-4], 50)
+    whole = rd.probe(sample, rd.directions.rendulic(30.0), [5e-5, 1e-4], rate=1e-6, settle=False)
     assert done.results.of("probes")["circle", at].identical(whole)
 
 

@@ -31,14 +31,18 @@ def imbalance(unbalanced_force: np.ndarray, sigma: np.ndarray, d_sigma: np.ndarr
     Parameters
     ----------
     unbalanced_force : (...) array
-        Mean resultant over mean contact force; counted as 1 at most, where nothing is in equilibrium.
+        Mean resultant over mean contact force; counted as 1 at most. Without contacts it is infinite, and nothing is left to change.
     sigma : (3,) array
         Principal stresses before, Pa.
     d_sigma, d_eps : (..., 3) arrays
         The increments.
     """
     size = np.maximum(np.linalg.norm(sigma), np.linalg.norm(sigma + d_sigma, axis=-1))
-    return np.minimum(unbalanced_force, 1.0) * size * np.linalg.norm(d_eps, axis=-1)
+    return (
+        np.where(np.isfinite(unbalanced_force), np.minimum(unbalanced_force, 1.0), 0.0)
+        * size
+        * np.linalg.norm(d_eps, axis=-1)
+    )
 
 
 def rounding(sigma: np.ndarray, d_eps: np.ndarray) -> np.ndarray:

@@ -115,7 +115,7 @@ def probe(
 
         `w2_error` and `w2_normalised_error` are the sums of the parts `error_drift`, `error_inertia`, `error_imbalance`, `error_size`, `error_rate`,
         `error_sphere_rule` and `error_rounding`, as far as the specimen has them, in J/m3. A sign `is_significant` where |w2_macro|
-        exceeds `w2_error`, the increment asked for `is_reached`, and the probe was not too fast. A stress that the
+        exceeds `w2_error`, the increment asked for `is_reached`, the probe was not too fast, and contacts are left. A stress that the
         state cannot carry is not `is_reached`: the values are then those of the increment that was.
 
         For grains, `is_too_fast` where the unbalanced force on the smooth parts of the way, `unbalanced_on_way`, exceeds 1e-3;
@@ -265,7 +265,8 @@ def dataset_of_readings(
     parts = {"error_drift": np.abs(values["w2_drift"]), "error_rounding": rounding(sigma, d_eps)}
     asked = norms[:, None, None] * directions.increments(1.0)
     missed = np.linalg.norm((d_eps if kind == "strain" else d_sigma) - asked, axis=-1)
-    is_reached, is_slow = missed <= 0.05 * norms[:, None], np.ones(w2.shape, dtype=bool)
+    is_reached = missed <= 0.05 * norms[:, None]
+    is_slow, has_contacts = np.ones(w2.shape, dtype=bool), np.ones(w2.shape, dtype=bool)
     labels = dict(MACRO)
     axes = ("norm", directions.dimension)
     variables: dict[str, Any] = {
@@ -306,6 +307,7 @@ def dataset_of_readings(
         values["negative_contacts"] = stacked(lambda r: _share_negative(r["work"]))
         values["unbalanced_force"] = stacked(lambda r: r["unbalanced_force"])
         parts["error_inertia"] = np.abs(values["w2_grains"])
+        has_contacts = np.isfinite(values["unbalanced_force"])
         parts["error_imbalance"] = imbalance(values["unbalanced_force"], sigma, d_sigma, d_eps)
         coords["contact_class"] = ("contact_class", list(CLASSES))
         variables["w2_by_class"] = (
@@ -346,8 +348,10 @@ def dataset_of_readings(
     labels |= {name: (PARTS[name], "J/m3") for name in parts} | ERRORS
     variables["is_significant"] = (
         axes,
-        (np.abs(w2) > error) & is_reached & is_slow,
-        {"long_name": "second-order work beyond its error, of a probe that was reached and slow enough"},
+        (np.abs(w2) > error) & is_reached & is_slow & has_contacts,
+        {
+            "long_name": "second-order work beyond its error, of a probe that was reached, slow enough, and left contacts"
+        },
     )
     for name, value in values.items():
         variables[name] = (axes, value, {"long_name": labels[name][0], "units": labels[name][1]})
