@@ -162,3 +162,19 @@ def test_public_names_exist():
     assert set(dir(rendulic)) == set(rendulic.__all__)
     with pytest.raises(AttributeError, match=r"public names: ChangHicher, .*, chang_hicher"):
         rendulic.nonsense  # noqa: B018
+
+
+def test_files_of_others_name_version_and_licence():
+    """Minified scripts and styles begin with what they are, and their licence lies beside them."""
+    found = []
+    for path in sorted((ROOT / "docs" / "assets").rglob("*")):
+        if path.suffix not in (".js", ".css"):
+            continue
+        first, *rest = path.read_text(encoding="utf-8").splitlines()
+        if max(map(len, [first, *rest])) < 1000:  # our own
+            continue
+        said = re.fullmatch(r"/\*! [\w-]+ \d+\.\d+\.\d+, \S+ \| [\w.-]+, (\S+) \| https://\S+ \*/", first)
+        assert said, path
+        assert "copyright" in (path.parent / said[1]).read_text(encoding="utf-8").lower()
+        found.append(path.name)
+    assert found == ["iframe-worker.js", "katex.min.css", "katex.min.js"]

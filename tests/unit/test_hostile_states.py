@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from dataclasses import replace
 
 import numpy as np
@@ -169,6 +170,18 @@ def test_tampered_points_are_refused_or_go_on(seed):
             assert np.isfinite(point.stress).all()
     assert len(refused) > 20
     assert not [words for words in refused if "\n" in words]
+
+
+def test_a_box_of_any_length_takes_no_more_room(sheared_state):
+    """A wall two million kilometres away would have 900 MB of empty cells."""
+    sample = rd.dem.Assembly.from_state(changed(sheared_state, "walls/position", 5, 2.0**31))
+    near = rd.dem.Assembly.from_state(sheared_state)
+    near.tighten_list()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    sample.tighten_list()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # kB
+    for name in ("first", "second"):
+        np.testing.assert_array_equal(getattr(sample.contacts, name), getattr(near.contacts, name))
 
 
 def test_states_of_other_kinds_are_wrong_input(sheared_state):

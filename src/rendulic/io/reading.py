@@ -83,9 +83,11 @@ def read_assembly(path: str | os.PathLike) -> Assembly:
     )
 
 
-def _format(path: Path) -> object:
+def _format(path: Path) -> str:
+    """What an HDF5 file says that it is; nothing, if it says that in no words."""
     with plain_file(path, "HDF5 file") as file:
-        return file.attributes().get("format")
+        said = file.attributes().get("format")
+    return said if isinstance(said, str) else ""
 
 
 def _of_state(path: Path) -> Snapshot:

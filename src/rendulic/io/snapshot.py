@@ -137,8 +137,8 @@ def _values(path: str | os.PathLike, with_fields: bool = True) -> tuple[dict[str
                     name: _field(path, array, f"recorded/{name}", ARRAYS[name], whole=False)
                     for name, array in engine.items() if array is not None
                 }  # fmt: skip
+                table = read_json_text(str(said["recorded"]))
                 try:
-                    table = read_json_text(str(said["recorded"]))
                     values["recorded"] = recorded_from(table, arrays, f"{path}, attribute 'recorded'")
                 except (ValueError, InvalidInput) as error:
                     raise CorruptFile(str(error)) from None

@@ -12,6 +12,7 @@ from rendulic import __version__
 from rendulic.foundation.whole_file import whole_file
 from rendulic.report.draw import drawn
 from rendulic.report.figure import Figure, PageSection, embedded
+from rendulic.report.size import fitted
 from rendulic.study.execution.campaign import results_in
 from rendulic.study.results import Results
 from rendulic.views.catalogue import catalogue
@@ -104,7 +105,7 @@ def render(results: Results) -> str:
     """The page as text."""
     from plotly.offline import get_plotlyjs
 
-    shown = sections(results)
+    shown = fitted(sections(results))
     return template("report.html").render(
         title=results.study.title or results.store.folder.resolve().name,
         version=__version__,

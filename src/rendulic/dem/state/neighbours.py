@@ -17,6 +17,8 @@ from rendulic.foundation.errors import UnstableTimeStep
 
 __all__ = ["find_contacts", "size_levels"]
 
+MOST_CELLS = 64  # for each grain
+
 
 def size_levels(radius: np.ndarray, margin: float, volume: float) -> tuple[np.ndarray, np.ndarray]:
     """Sort grains into octaves of size.
@@ -34,6 +36,19 @@ def size_levels(radius: np.ndarray, margin: float, volume: float) -> tuple[np.nd
     sizes = 2.0 * radius.max() / 2.0 ** (-present.astype(float)) + margin
     sizes = np.maximum(sizes, (volume / max(4 * len(radius), 64)) ** (1.0 / 3.0))
     return inverse.astype(np.int64).ravel(), sizes
+
+
+def coarse_enough(sizes: np.ndarray, lengths: np.ndarray, n_grains: int) -> np.ndarray:
+    """Cell sizes (n_levels,) in m, doubled where a long thin box of edges `lengths` (3,) would have far more cells than grains.
+
+    Larger cells find the same pairs.
+    """
+    sizes = sizes.copy()
+    most = MOST_CELLS * max(n_grains, 64)
+    for level in range(len(sizes)):
+        while np.prod(np.maximum(np.floor(lengths / sizes[level]), 1.0)) > most:
+            sizes[level:] = np.maximum(sizes[level:], 2.0 * sizes[level])
+    return sizes
 
 
 def find_contacts(
@@ -65,6 +80,7 @@ def find_contacts(
             "walls: the motion diverged; use a smaller time step or a slower loading"
         )
     level, sizes = size_levels(radius, margin, float(np.prod(high - low)))
+    sizes = coarse_enough(sizes, high - low, len(radius))
     first, second = candidate_pairs(position, radius, margin, level, sizes, low.copy(), high.copy())
     force = np.zeros((len(first), N_CONTACT))
     if contacts is not None:
