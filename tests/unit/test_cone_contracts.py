@@ -25,7 +25,8 @@ QUICK = {"norm": 1.0, "workers": 1}
         (rd.directions.axisymmetric(np.arange(100.0, 170.0)), "the widest gap is 291 degrees"),
         (rd.directions.axisymmetric([10.0]), "the widest gap is 360 degrees"),
         (rd.directions.sphere(20), "edges in the Rendulic plane"),
-        ([0.0, 60.0, 120.0], "edges in the Rendulic plane"),
+        ([0.0, 60.0, 120.0], "the widest gap is 240 degrees"),
+        ("around", "expected directions|list of finite angles"),
     ],
 )
 def test_directions_that_leave_something_out(directions, words):
