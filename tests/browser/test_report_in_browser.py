@@ -229,7 +229,7 @@ def test_planes_move_with_the_strain(page):
     end = drawn(page, PLANES, "data[1].marker.color")
     page.locator(f"{PLANES} input[type=range]").press("Home")
     page.wait_for_timeout(300)
-    assert len(end) == 74
+    assert len(end) == 2 * 295
     assert drawn(page, PLANES, "data[1].marker.color") != end
     assert page.locator(f"{PLANES} output").inner_text().startswith("ε₁ = 0")
 
@@ -308,15 +308,15 @@ def test_it_prints_all_of_it(opened):
 
 
 def test_a_table_can_be_reduced(opened, report):
-    """To the rows of one verdict; one of the bursts is made to disagree."""
+    """To the rows of one verdict; one of the model's bursts is made to disagree."""
     good = '<td class="good">agrees</td>'
     text = report.read_text(encoding="utf-8")
     assert text.count(good) > 1
     other = report.with_name("one_disagrees.html")
     other.write_text(text.replace(good, "<td>disagrees</td>", 1), encoding="utf-8")
     page = opened(other.as_uri())
-    table = page.locator("table", has=page.locator("caption", has_text="Every direction: grains"))
-    page.get_by_label("Rows by judged").first.select_option("disagrees")
+    table = page.locator("table", has=page.locator("caption", has_text="Every direction: models"))
+    page.get_by_label("Rows by judged").last.select_option("disagrees")
     shown = [row.inner_text() for row in table.locator("tbody tr").all() if row.is_visible()]
     assert [line.split()[-1] for line in shown] == ["disagrees"]
 

@@ -116,7 +116,7 @@ def watched(watch):
 def test_progress_in_lines(monkeypatch):
     """Counts, rate, time left and failures in plain lines, where there is no terminal."""
     out = StringIO()
-    monkeypatch.setattr(progress, "Console", lambda **_: Console(file=out, width=200))
+    monkeypatch.setattr(progress, "console", lambda **_: Console(file=out, width=200))
     with progress.campaign() as watch:
         watched(watch)
     lines = out.getvalue().splitlines()
@@ -132,7 +132,7 @@ def test_progress_in_lines(monkeypatch):
 def test_progress_in_bars(monkeypatch):
     """One bar for all units and one for each that runs, on a terminal; what has ended is gone."""
     out = StringIO()
-    monkeypatch.setattr(progress, "Console", lambda **_: Console(file=out, width=200, force_terminal=True))
+    monkeypatch.setattr(progress, "console", lambda **_: Console(file=out, width=200, force_terminal=True))
     with progress.campaign() as watch:
         watched(watch)
         shown = {task.description: task.completed for task in watch.bars.tasks}

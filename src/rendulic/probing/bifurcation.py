@@ -118,7 +118,7 @@ def bifurcation_map(
     >>> drained = lambda eta: rd.paths.drained_triaxial(0.3, until_eta=eta)
     >>> table = rd.bifurcation_map(rd.states_along(sand, drained, [0.8, 0.9, 1.0]), norm=1e-7)
     >>> round(float(table.first_eta[0]), 2), table.first_eta_reason.item()
-    (0.89, 'found')
+    (0.88, 'found')
     """
     rows: dict[float, list[Cone | None]] = {}
     measured: dict[float, list[float]] = {}
